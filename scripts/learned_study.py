@@ -1,18 +1,21 @@
-"""How well a shape is learned of a torque that no effect tried explains.
+"""How well a shape is learned of a torque or a tension that no effect tried explains.
 
-    python scripts/learned_study.py [--count 70] [--seed 0] [--workers 2] [--stopped] [--json FILE]
+    python scripts/learned_study.py [--count 90] [--seed 0] [--workers 2] [--stopped] [--json FILE]
 
 Case number i, drawn with seed i, is a recording of the MAS-20 arm as the independent plant
-(`tests/plant`) simulates it, with its own equations and integrator. Of every seven, five hide a
+(`tests/plant`) simulates it, with its own equations and integrator. Of every nine, five hide a
 torque on the joint: a ripple, a detent, a soft stop, a drag of a power of the speed, or friction
-that is smooth in speed. Effects that could have such a shape are not among those tried: ripple of a
-sprocket for those over the position, friction of joint and braid for those over the speed. In the
-sixth nothing is hidden; in the last, an effect that is tried. Three inputs, 5 s each, are recorded
-three times; every other case has load cells.
+that is smooth in speed. Two hide a tension of both muscles: a swelling, an area that the pressure
+pulls on at some contraction, or a knot, a force there without pressure. Effects that could have
+such a shape are not among those tried: ripple of a sprocket for torques over the position, friction
+of joint and braid for those over the speed, the formulas of the muscles' force for tensions. In the
+eighth nothing is hidden; in the last, an effect that is tried. Three inputs, 5 s each, are recorded
+three times; every other case, and every knot, has load cells: without them a force over the
+contraction is a torque over the position, too.
 
-A shape is right where it runs over the quantity of the hidden torque, and over no other. Its error
-is the root mean square of learned less true torque, over that of the true one, where the joint has
-been for 98 % of the time. Finished rows are kept in out/learned_study.
+A shape is right where it runs over the quantity of what is hidden, and over no other. Its error is
+the root mean square of learned less true values, over that of the true ones, where the joint or the
+muscles have been for 98 % of the time. Finished rows are kept in out/learned_study.
 """
 
 from __future__ import annotations
@@ -29,13 +32,15 @@ from records import fingerprint, kept_rows, median, study_parser, write_rows
 
 import pamsim
 from pamsim.core.computation import versions
-from pamsim.core.units import FloatArray
+from pamsim.core.units import PA_PER_BAR, FloatArray
+from pamsim.diagnosis.by_link.learned_curve import Kind
+from pamsim.diagnosis.by_link.muscle_curves import contractions
 from pamsim.effects.catalog import EFFECTS
 from pamsim.recordings.trial import Trial
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.plant.hidden.catalog import PLANT_EFFECTS
-from tests.plant.hidden.hidden_effect import PlantEffect, on_joint
+from tests.plant.hidden.hidden_effect import PlantEffect, on_joint, on_muscles
 from tests.plant.hide import hide
 from tests.plant.joint import free_torque
 from tests.plant.read_rig import read_rig
@@ -43,22 +48,46 @@ from tests.plant.read_rig import read_rig
 KEPT = Path("out/learned_study")
 RIG, INPUTS = "mas20_arm", ("triangle", "staircase", "multisine")
 POSITION, SPEED = ("sprocket_ripple",), ("joint_friction", "braid_friction")
-KINDS = ("ripple", "detent", "stop", "drag", "smooth_friction", "nothing", "library")
+CONTRACTION = ("muscle_force", "pressure_force", "stretched_braid")
 LEFT_OUT = {
     "ripple": POSITION, "detent": POSITION, "stop": POSITION,
     "drag": SPEED, "smooth_friction": SPEED,
+    "swelling": CONTRACTION, "knot": CONTRACTION,
 }  # fmt: skip
 """What is hidden without a name -> families that are not tried."""
 
+KINDS = (*LEFT_OUT, "nothing", "library")
+RIGHT = {
+    "ripple": Kind.POSITION, "detent": Kind.POSITION, "stop": Kind.POSITION,
+    "drag": Kind.RATE, "smooth_friction": Kind.RATE,
+    "swelling": Kind.PRESSED, "knot": Kind.UNPRESSED,
+}  # fmt: skip
+"""What is hidden without a name -> the curve that is right."""
+
+MUSCLES = {"swelling": "swell", "knot": "knot"}
+"""What is hidden in the muscles -> the field of its size."""
+
 LIBRARY = {"coulomb_friction": 0.5, "chain_backlash": 0.8, "muscle_hysteresis": 1.0}
 """Effect that is tried -> its size in typical ones."""
+
+UNITS = {
+    "deg": np.pi / 180.0, "deg/s": np.pi / 180.0, "%": 0.01,
+    "N*m": 1.0, "N": 1.0, "N/bar": 1.0 / PA_PER_BAR,
+}  # fmt: skip
+"""Unit of a curve -> [SI]."""
 
 STEP = 7e-4  # of the plant's integrator [s], as in scripts/link_study.py
 QUANTILES = (0.01, 0.99)  # of what was visited
 
 
-def hidden_torque(kind: str, rng: np.random.Generator) -> dict[str, float]:
-    """Fields of the plant's joint, see `tests.plant.records`."""
+def hidden_force(kind: str, rng: np.random.Generator) -> dict[str, float]:
+    """Fields of the plant's joint, or of its muscles, see `tests.plant.records`."""
+    if kind in MUSCLES:
+        force = float(np.exp(rng.uniform(*np.log([10.0, 40.0]))))  # N at 3 bar
+        at, width = rng.uniform(-0.015, 0.015), rng.uniform(0.01, 0.025)
+        size = force / 3e5 if kind == "swelling" else force
+        name = MUSCLES[kind]
+        return {name: size, f"{name}_at": at, f"{name}_width": width}
     at = np.radians(rng.uniform(-10.0, 10.0))
     size = float(np.exp(rng.uniform(*np.log([0.08, 0.3]))))  # N m
     return {
@@ -78,21 +107,28 @@ def hidden_torque(kind: str, rng: np.random.Generator) -> dict[str, float]:
     }[kind]
 
 
-def true_torque(fields: Mapping[str, float], over: str, at: Sequence[float]) -> FloatArray:
-    """The hidden torque at positions [rad] or speeds [rad/s], (n,) [N m]."""
+def true_values(kind: str, fields: Mapping[str, float], at: FloatArray) -> FloatArray:
+    """What is hidden at positions [rad], speeds [rad/s] or contractions [-], (n,) [SI]."""
+    if kind in MUSCLES:
+        size, middle, width = fields.values()
+        return size * np.exp(-0.5 * ((at - middle) / width) ** 2)
     without = read_rig(pamsim.load_rig(RIG), 0.0).joint
     there = without.copy()
     for name, value in fields.items():
         there[name] = value
-    places = [(x, 0.0, 0.0) if over == "position" else (0.0, x, 0.0) for x in at]
+    over_position = LEFT_OUT[kind] == POSITION
+    places = [(x, 0.0, 0.0) if over_position else (0.0, x, 0.0) for x in at.tolist()]
     return np.array([free_torque(there[0], *p) - free_torque(without[0], *p) for p in places])
 
 
-def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:
-    """Positions [rad] or speeds [rad/s] between which the joint was nearly all of the time."""
-    read = [t.measured["angle"] for t in trials]
-    if over == "speed":
-        read = [np.gradient(one, t.time) for one, t in zip(read, trials, strict=True)]
+def visited(kind: str, trials: Sequence[Trial]) -> tuple[float, float]:
+    """Positions [rad], speeds [rad/s] or contractions [-] between which the rig mostly was."""
+    if kind in MUSCLES:
+        read = contractions(pamsim.load_rig(RIG), trials)
+    else:
+        read = [t.measured["angle"] for t in trials]
+        if LEFT_OUT.get(kind) == SPEED:
+            read = [np.gradient(one, t.time) for one, t in zip(read, trials, strict=True)]
     low, high = np.quantile(np.concatenate(read), QUANTILES).tolist()
     return low, high
 
@@ -100,24 +136,24 @@ def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:
 def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Record a case of a rig and diagnose it."""
     rng = np.random.default_rng((seed, 61))
-    fields = hidden_torque(kind, rng) if kind in LEFT_OUT else {}
+    fields = hidden_force(kind, rng) if kind in LEFT_OUT else {}
     effects: dict[str, float] = {}
     if kind == "library":
         effect = str(rng.choice(list(LIBRARY)))
         effects = {effect: LIBRARY[effect]}
     elif fields:
-        torque = on_joint(lambda _: fields)
-        PLANT_EFFECTS["torque"] = PlantEffect(
-            name="torque", formulation=kind, unit="1", typical=1.0, change=torque
+        change = on_muscles(lambda _: fields) if kind in MUSCLES else on_joint(lambda _: fields)
+        PLANT_EFFECTS["force"] = PlantEffect(
+            name="force", formulation=kind, unit="1", typical=1.0, change=change
         )
-        effects = {"torque": 1.0}
+        effects = {"force": 1.0}
     recording = hide(
         name,
         effects,
         protocols=INPUTS,
         duration=5.0,
         repeats=3,
-        forces=bool(seed % 2),
+        forces=bool(seed % 2) or kind == "knot",
         formulation="plant",
         seed=seed,
         step=STEP,
@@ -131,14 +167,16 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     seconds = time.perf_counter() - begun
     curves: list[dict[str, Any]] = []
     for one in found.learned:
-        at = np.radians(one.at)
-        low, high = visited(trials, one.over)
+        at_si, si = UNITS[one.at_unit], UNITS[one.unit]
+        at = one.at * at_si
+        low, high = visited(kind, trials) if fields else (at[0], at[-1])
         inside = (at >= low) & (at <= high)
-        true = true_torque(fields, one.over, at.tolist())[inside]
-        learned, band = one.torque[inside], one.band95[inside]
+        right = fields and one.kind == RIGHT[kind]
+        true = true_values(kind, fields, at) if right else np.zeros(at.size)
+        learned, band, true = one.value[inside] * si, one.band95[inside] * si, true[inside]
         curves.append(
             {
-                "over": one.over,
+                "kind": one.kind,
                 "error": float(np.sqrt(np.mean((learned - true) ** 2))),
                 "size": float(np.sqrt(np.mean(true**2))),
                 "held": float(np.mean((band[:, 0] <= true) & (true <= band[:, 1]))),
@@ -162,10 +200,7 @@ def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """What the study counts."""
     hidden = [row for row in rows if row["kind"] in LEFT_OUT]
     right = [
-        row
-        for row in hidden
-        if [one["over"] for one in row["learned"]]
-        == ["position" if LEFT_OUT[row["kind"]] == POSITION else "speed"]
+        row for row in hidden if [one["kind"] for one in row["learned"]] == [RIGHT[row["kind"]]]
     ]
     curves = [row["learned"][0] for row in right]
     per_curve = {
@@ -187,7 +222,7 @@ def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, count, write."""
-    options = study_parser(__doc__, count=70, seed=0).parse_args()
+    options = study_parser(__doc__, count=90, seed=0).parse_args()
     seeds = range(options.seed, options.seed + options.count)
     tasks = [(KINDS[seed % len(KINDS)], RIG, seed) for seed in seeds]
     mark = fingerprint(("pamsim", "tests.plant"), __file__)

@@ -1,21 +1,15 @@
 """A force along the tendon without a formula: two curves that were learned from data.
 
-One runs over the length of the tendon, one over its speed. Each is a uniform cubic B-spline that is
-natural at its ends (de Boor, A Practical Guide to Splines, 1978). Its n control forces c_k are
-spread from one end of what the data visited to the other:
-
-    F = sum_k c_k B(u - k),   u = (n - 1) (x - low) / (high - low),   k = -1 ... n
-
-B is the cardinal cubic, 2/3 - |t|^2 + |t|^3 / 2 for |t| < 1 and (2 - |t|)^3 / 6 for |t| < 2. The
-force more on either side lies on the straight line through the last two. At its ends the curve has
-the value of the outermost control force, and beyond them it stays at that: nothing was seen there.
-The curve over length has a potential, whatever its shape; that over speed takes work wherever it
-has the sign of the speed.
+One runs over the length of the tendon, one over its speed, as `pamsim.physics.spline` describes,
+from one end of what the data visited to the other: beyond nothing was seen. The curve over length
+has a potential, whatever its shape; that over speed takes work wherever it has the sign of the
+speed.
 """
 
 from __future__ import annotations
 
 from pamsim.core.parameters import ParameterGroup, quantity
+from pamsim.physics.spline import bump, curve_of_8, place
 
 LENGTH, SPEED = 16, 8
 """Control forces of each curve: bends in a 15th of the range, a tooth or a detent of some degrees,
@@ -60,48 +54,33 @@ def learns(learned: Learned) -> bool:
     return learned.high > learned.low or learned.fastest > learned.slowest
 
 
-def _place(x: float, low: float, high: float, count: int) -> float:
-    """Place u among ``count`` control forces of an x, moved to the nearer end from beyond."""
-    if x < low:
-        x = low
-    elif x > high:
-        x = high
-    return (count - 1) * (x - low) / (high - low)
-
-
-def _bump(t: float) -> float:
-    """Cardinal cubic B-spline [-] at a distance t from its control force, in their spacing."""
-    if t < 0.0:
-        t = -t
-    if t >= 2.0:
-        return 0.0
-    if t >= 1.0:
-        rest = 2.0 - t
-        return rest * rest * rest / 6.0
-    return 2.0 / 3.0 - t * t + 0.5 * t * t * t
-
-
 def learned_force(learned: Learned, length: float, speed: float) -> float:
     """Force against the tendon's lengthening [N] at its length [m] and its speed [m/s]."""
     force = 0.0
     if learned.high > learned.low:
-        u = _place(length, learned.low, learned.high, LENGTH)
-        force += (2.0 * learned.force_1 - learned.force_2) * _bump(u + 1.0)
-        force += (2.0 * learned.force_16 - learned.force_15) * _bump(u - 16.0)
-        force += learned.force_1 * _bump(u) + learned.force_2 * _bump(u - 1.0)
-        force += learned.force_3 * _bump(u - 2.0) + learned.force_4 * _bump(u - 3.0)
-        force += learned.force_5 * _bump(u - 4.0) + learned.force_6 * _bump(u - 5.0)
-        force += learned.force_7 * _bump(u - 6.0) + learned.force_8 * _bump(u - 7.0)
-        force += learned.force_9 * _bump(u - 8.0) + learned.force_10 * _bump(u - 9.0)
-        force += learned.force_11 * _bump(u - 10.0) + learned.force_12 * _bump(u - 11.0)
-        force += learned.force_13 * _bump(u - 12.0) + learned.force_14 * _bump(u - 13.0)
-        force += learned.force_15 * _bump(u - 14.0) + learned.force_16 * _bump(u - 15.0)
+        u = place(length, learned.low, learned.high, LENGTH)
+        force += (2.0 * learned.force_1 - learned.force_2) * bump(u + 1.0)
+        force += (2.0 * learned.force_16 - learned.force_15) * bump(u - 16.0)
+        force += learned.force_1 * bump(u) + learned.force_2 * bump(u - 1.0)
+        force += learned.force_3 * bump(u - 2.0) + learned.force_4 * bump(u - 3.0)
+        force += learned.force_5 * bump(u - 4.0) + learned.force_6 * bump(u - 5.0)
+        force += learned.force_7 * bump(u - 6.0) + learned.force_8 * bump(u - 7.0)
+        force += learned.force_9 * bump(u - 8.0) + learned.force_10 * bump(u - 9.0)
+        force += learned.force_11 * bump(u - 10.0) + learned.force_12 * bump(u - 11.0)
+        force += learned.force_13 * bump(u - 12.0) + learned.force_14 * bump(u - 13.0)
+        force += learned.force_15 * bump(u - 14.0) + learned.force_16 * bump(u - 15.0)
     if learned.fastest > learned.slowest:
-        u = _place(speed, learned.slowest, learned.fastest, SPEED)
-        force += (2.0 * learned.drag_1 - learned.drag_2) * _bump(u + 1.0)
-        force += (2.0 * learned.drag_8 - learned.drag_7) * _bump(u - 8.0)
-        force += learned.drag_1 * _bump(u) + learned.drag_2 * _bump(u - 1.0)
-        force += learned.drag_3 * _bump(u - 2.0) + learned.drag_4 * _bump(u - 3.0)
-        force += learned.drag_5 * _bump(u - 4.0) + learned.drag_6 * _bump(u - 5.0)
-        force += learned.drag_7 * _bump(u - 6.0) + learned.drag_8 * _bump(u - 7.0)
+        force += curve_of_8(
+            speed,
+            learned.slowest,
+            learned.fastest,
+            learned.drag_1,
+            learned.drag_2,
+            learned.drag_3,
+            learned.drag_4,
+            learned.drag_5,
+            learned.drag_6,
+            learned.drag_7,
+            learned.drag_8,
+        )
     return force

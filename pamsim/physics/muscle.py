@@ -21,6 +21,7 @@ from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis, Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.learned import Learned
+from pamsim.physics.learned_tension import LearnedTension
 from pamsim.physics.passive import Creep, FirstStroke, PassiveSpring, Softening
 from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import COMMANDS, ValvePair
@@ -55,10 +56,18 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Chain,
     Friction,
     Learned,
+    LearnedTension,
 )
 """The groups of which there is one kind."""
 
-MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold, EndShape, Chain)
+MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (
+    Braid,
+    PassiveSpring,
+    Threshold,
+    EndShape,
+    Chain,
+    LearnedTension,
+)
 """Groups that have no meaning for a pushing actuator."""
 
 PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
@@ -101,6 +110,7 @@ class Muscle:
         chain: what the muscle pulls through.
         friction: along its tendon.
         learned: force along its tendon that has no formula.
+        learned_tension: tension over its contraction that has none.
         hysteresis: group of the operator on the force, or None.
         parallel_hysteresis: Maxwell slip beside it.
         command: what the control means, one of `COMMANDS`.
@@ -121,6 +131,7 @@ class Muscle:
     chain: Chain = field(default_factory=Chain)
     friction: Friction = field(default_factory=Friction)
     learned: Learned = field(default_factory=Learned)
+    learned_tension: LearnedTension = field(default_factory=LearnedTension)
     hysteresis: Hysteresis | None = None
     parallel_hysteresis: ParallelHysteresis = field(default_factory=ParallelHysteresis)
     command: str = "valve"

@@ -21,6 +21,14 @@ from pamsim.physics.chosen_law import (
     law_work,
 )
 from pamsim.physics.force_laws.force_law import GAUSS
+from pamsim.physics.learned_tension import (
+    learned_area,
+    learned_gain,
+    learned_pull,
+    learned_slopes,
+    learned_work,
+    learns_tension,
+)
 from pamsim.physics.passive import locking_force, tube_energy_and_slope, tube_force
 from pamsim.physics.record import Parameters, States
 from pamsim.physics.tension import effective_pressure, force_left, pressure_reaching, taut
@@ -67,6 +75,9 @@ def static_force(m: Parameters, tendon_length: float, pressure: float) -> float:
     if m.end_shape.loss > 0.0 and active > 0.0:
         active *= force_left(m.end_shape, kappa)[0]
     locked = locking_force(m.passive, contraction(m, tendon_length))
+    if learns_tension(m.learned_tension):
+        active += effective * learned_area(m.learned_tension, kappa)
+        active += learned_pull(m.learned_tension, kappa)
     return active + tube_force(m.passive, kappa) + locked
 
 
@@ -155,21 +166,32 @@ def _gain_and_work(
             active, per_pressure = left * active, left * per_pressure
     tube = tube_force(m.passive, contraction)
     stored, tube_slope = tube_energy_and_slope(m.passive, contraction, tube)
-    rise = scale * rise + tube_slope
-    length = 1.0 - contraction
-    return (
-        scale * gain,
-        length * (scale * active + tube) + scale * work - stored,
-        scale * (gain + length * per_pressure),
-        length * length * rise,
+    gain, work = scale * gain, scale * work - stored
+    force, rise, per_pressure = (
+        scale * active + tube,
+        scale * rise + tube_slope,
+        scale * per_pressure,
     )
+    if learns_tension(m.learned_tension):
+        learned = m.learned_tension
+        area, swept = learned_area(learned, contraction), learned_gain(learned, contraction)
+        area_slope, pull_slope = learned_slopes(learned, contraction)
+        gain, per_pressure = gain + swept, per_pressure + area
+        work += pressure * swept + learned_work(learned, contraction)
+        force += pressure * area + learned_pull(learned, contraction)
+        rise += pressure * area_slope + pull_slope
+    length = 1.0 - contraction
+    return gain, length * force + work, gain + length * per_pressure, length * length * rise
 
 
 def _active_gain(m: Parameters, pressure: float, contraction: float) -> float:
     """Integral of the active force's slope by pressure from nominal length [m^2]."""
+    learned = 0.0
+    if learns_tension(m.learned_tension):
+        learned = learned_gain(m.learned_tension, contraction)
     if m.end_shape.loss > 0.0:
-        return m.force.scale * _left_by_ends(m, pressure, contraction)[0]
-    return m.force.scale * law_volume(m, pressure, contraction)
+        return m.force.scale * _left_by_ends(m, pressure, contraction)[0] + learned
+    return m.force.scale * law_volume(m, pressure, contraction) + learned
 
 
 def _left_by_ends(m: Parameters, pressure: float, contraction: float) -> tuple[float, float]:

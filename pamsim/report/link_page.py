@@ -164,18 +164,20 @@ def _grouped(names: Sequence[str]) -> str:
 
 @styled
 def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
-    """Learned torques over position or speed with their bands, one below the other."""
+    """Learned curves with their bands, one below the other."""
     figure, axes = new_figure(_CURVE_IN * len(learned), len(learned), 1, width_in=_WIDTH_IN)
     for ax, one in zip(axes, learned, strict=True):
         low, high = np.array(one["band95"], dtype=np.float64).T  # none where it is not known
         ax.fill_between(one["at"], low, high, color=BLUE, alpha=0.2, linewidth=0.0)
-        ax.plot(one["at"], one["torque"], color=BLUE)
-        ends = float(np.min(one["torque"])), float(np.max(one["torque"]))
+        ax.plot(one["at"], one["value"], color=BLUE)
+        ends = float(np.min(one["value"])), float(np.max(one["value"]))
         room = _ROOM * (ends[1] - ends[0])
         if room > 0.0:  # a band as wide as nothing is known would hide the curve
             ax.set_ylim(ends[0] - room, ends[1] + room)
-        unit = one["torque_unit"].replace("*", " ")
-        finish_axes(ax, x=f"{one['joint']} [{one['at_unit']}]", y=f"learned [{unit}]")
+        unit = one["unit"].replace("*", " ")
+        over = one["kind"].rpartition(" ")[2]
+        x = f"{over} of {one['acts_at']} [{one['at_unit']}]"
+        finish_axes(ax, x=x, y=f"learned [{unit}]")
     return figure
 
 

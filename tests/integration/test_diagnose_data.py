@@ -173,7 +173,7 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
     assert curve.numbers["begin"] == pytest.approx(8.0, abs=2.0)
     assert curve.numbers["stiffness"] == pytest.approx(stiffness, rel=0.25)
     true, visited = -stiffness * np.maximum(curve.at - 8.0, 0.0), np.abs(curve.at) < 25.0
-    assert np.sqrt(np.mean((curve.torque - true)[visited] ** 2)) < 0.1 * np.abs(true).max()
+    assert np.sqrt(np.mean((curve.value - true)[visited] ** 2)) < 0.1 * np.abs(true).max()
     report.save(tmp_path / "out")
     learned = pamsim.load_rig(tmp_path / "out" / "rig").muscles["muscle_1"].learned
     assert learned.high > learned.low

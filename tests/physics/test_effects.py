@@ -56,6 +56,8 @@ EFFECTS = {
     "elastic_teeth": {"chain.backlash": 3e-4, "chain.tooth_compliance": 2e-6},
     "load_dependent_friction": {"friction.tension_share": 0.02},
     "learned_over_length": {"muscle_1:learned.low": -0.005, "muscle_1:learned.force_4": 30.0},
+    "learned_tension": {"learned_tension.high": 0.05, "learned_tension.area_3": 1e-4},
+    "learned_pull": {"learned_tension.high": 0.05, "learned_tension.pull_4": 30.0},
     "learned_over_speed": {"muscle_1:learned.slowest": -0.02, "muscle_1:learned.drag_4": 5.0},
 }
 SHAPES = {
@@ -76,6 +78,8 @@ SHAPES = {
     "friction.dwell_travel": 1e-3,
     "learned.force_4": 30.0,
     "learned.drag_2": -5.0,
+    "learned_tension.area_2": 1e-4,
+    "learned_tension.pull_5": 30.0,
     "valve.supply_volume": 1e-4,
     "valve.supply_line": 1.0,
     "valve.tube_volume": 5e-5,

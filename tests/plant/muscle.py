@@ -19,11 +19,14 @@ _STEP, _BIT = 1e3, 1e-6
 
 def pull_per_pressure(m: Record, kappa: float) -> float:
     """Active force per gauge pressure dF/dp [m^2] at a contraction [-]."""
+    besides = 0.0
+    if m.swell != 0.0:
+        besides = m.swell * math.exp(-0.5 * ((kappa - m.swell_at) / m.swell_width) ** 2)
     if m.law == 0.0:
-        return m.scale * (m.a * math.exp(m.c * kappa) + m.d * kappa + m.e)
+        return besides + m.scale * (m.a * math.exp(m.c * kappa) + m.d * kappa + m.e)
     tangent = math.tan(m.fibre_angle)
     ideal = 3.0 * (1.0 - kappa) ** 2 / tangent**2 - 1.0 / math.sin(m.fibre_angle) ** 2
-    return m.scale * 0.25 * math.pi * m.diameter**2 * ideal
+    return besides + m.scale * 0.25 * math.pi * m.diameter**2 * ideal
 
 
 def free_pull(m: Record, kappa: float) -> float:
@@ -33,12 +36,17 @@ def free_pull(m: Record, kappa: float) -> float:
 
 def gained(m: Record, kappa: float) -> float:
     """Integral of `pull_per_pressure` over the contraction from 0 [m^2]."""
+    besides = 0.0
+    if m.swell != 0.0:
+        wide = math.sqrt(2.0) * m.swell_width
+        here, start = math.erf((kappa - m.swell_at) / wide), math.erf(-m.swell_at / wide)
+        besides = m.swell * m.swell_width * math.sqrt(0.5 * math.pi) * (here - start)
     if m.law == 0.0:
         grown = m.a / m.c * (math.exp(m.c * kappa) - 1.0)
-        return m.scale * (grown + 0.5 * m.d * kappa**2 + m.e * kappa)
+        return besides + m.scale * (grown + 0.5 * m.d * kappa**2 + m.e * kappa)
     cube = (1.0 - (1.0 - kappa) ** 3) / math.tan(m.fibre_angle) ** 2
     ideal = cube - kappa / math.sin(m.fibre_angle) ** 2
-    return m.scale * 0.25 * math.pi * m.diameter**2 * ideal
+    return besides + m.scale * 0.25 * math.pi * m.diameter**2 * ideal
 
 
 def volume(m: Record, length: float, pressure: float) -> tuple[float, float, float]:
@@ -165,6 +173,8 @@ def loose_pull(m: Record, free: float, pressure: float) -> float:
     active += free_pull(m, free)
     if active > 0.0:
         active *= ends(m, free)
+    if m.knot != 0.0:
+        active += m.knot * math.exp(-0.5 * ((free - m.knot_at) / m.knot_width) ** 2)
     return active + spring(m, m.passive_slack - free)
 
 

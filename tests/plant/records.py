@@ -88,6 +88,8 @@ lost_pressure lost_over     # threshold that builds up smoothly, over this press
 cubic cubic_at              # cubic spring [N], of which the cube equals the rest at a stretch [-]
 sinh sinh_at                # spring that stiffens exponentially [N], over this stretch [-]
 cone cone_onset cone_bend   # share of the force lost per contraction [-]
+swell swell_at swell_width  # area that the pressure pulls on besides [m^2], where and how wide [-]
+knot knot_at knot_width     # force without pressure besides [N], where and how wide [-]
 ageing ageing_time          # share of the force lost in the end
 laminar_leak                # [kg/(s Pa)]
 nozzle                      # 1: isentropic nozzle in place of ISO 6358's ellipse

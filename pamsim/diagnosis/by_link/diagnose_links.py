@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.links import JOINT, Link, whole_run
+from pamsim.comparison.links import JOINT, MUSCLE, Link, whole_run
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
@@ -54,7 +54,7 @@ class LinkDiagnosis:
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
         whole: the same, refitted in the whole chain; None where something is left.
-        shape: curves learned of what is left behind the muscles; None if nothing is, or no curve
+        shape: curves learned of what is left in muscles and joints; None if nothing is, or no curve
             predicts it.
         notes: what it rests on, if that is not repeats and whole trials.
     """
@@ -145,14 +145,15 @@ def diagnose_links(
     if whole is not None:
         found = confirmed(found, sizes(*whole))
     shape = None
-    if any(one.counts and JOINT in link.parts for link, one in unexplained.items()):
+    nameless = [k for k, one in unexplained.items() if one.counts and {MUSCLE, JOINT} & {*k.parts}]
+    if nameless:
         steps.begin("a shape for what has no name")
 
         def links_of(other: Rig) -> tuple[ChainSimulator, Units]:
             again = ChainSimulator(other, groups, threads=threads)
             return again, units_of(again, trials, judged)
 
-        shape = learned_shape(rig, trials, sure, nuisance, links_of, seed=seed)
+        shape = learned_shape(rig, trials, sure, nuisance, nameless, links_of, seed=seed)
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},

@@ -2,54 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.link_inputs import smoothed
+from pamsim.comparison.links import JOINT, Link
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.learned_curve import POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force
 from pamsim.recordings.trial import Trial
 
-POSITION, RATE = "position", "speed"
-
 _POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
 """Percentiles of what was visited, between which a curve is spread: rates of read positions have
 outliers."""
 
-FIELD, COUNT = {POSITION: "force_", RATE: "drag_"}, {POSITION: LENGTH, RATE: SPEED}
+_FIELD, _COUNT = (
+    {Kind.POSITION: "force_", Kind.RATE: "drag_"},
+    {Kind.POSITION: LENGTH, Kind.RATE: SPEED},
+)
 """Beginning of the names of a curve's control forces, and how many there are."""
 
-_ENDS = {POSITION: ("low", "high"), RATE: ("slowest", "fastest")}
-
-_POINTS = 60  # of a curve that is written
-
-
-@dataclass(frozen=True, kw_only=True)
-class Curve:
-    """A learned torque.
-
-    Attributes:
-        joint: on which.
-        over: ``position`` or ``speed`` of the joint.
-        at: (n,) of them, from one end of what was visited to the other [rad or m, or per s].
-        torque: (n,) in the direction in which the position grows [N m or N].
-        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
-    """
-
-    joint: str
-    over: str
-    at: FloatArray
-    torque: FloatArray
-    reach: FloatArray
+_ENDS = {Kind.POSITION: ("low", "high"), Kind.RATE: ("slowest", "fastest")}
 
 
 @dataclass(frozen=True)
-class Place:
+class JointPlace:
     """A joint, the tendon of the muscle that stands for it, and what was visited of both.
 
     Attributes:
@@ -71,22 +53,72 @@ class Place:
         """The arm that speeds of the tendon are taken with."""
         return float(np.mean(self.arm))
 
-    def ends(self, kinds: Sequence[str] = (POSITION, RATE)) -> dict[str, float]:
+    def kinds(self, links: Collection[Link]) -> Sequence[Kind]:
+        """Over position and speed, where a link holds the joint."""
+        return tuple(_FIELD) if any(JOINT in link.parts for link in links) else ()
+
+    def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of curves over position, speed or both [SI]."""
         values = {
-            POSITION: (float(self.length.min()), float(self.length.max())),
-            RATE: sorted(self.middle * one for one in self.rates),
+            Kind.POSITION: (float(self.length.min()), float(self.length.max())),
+            Kind.RATE: sorted(self.middle * one for one in self.rates),
         }
         return {
             f"{self.muscle}:learned.{name}": value
-            for kind in kinds
+            for kind in values
+            if kind in kinds
             for name, value in zip(_ENDS[kind], values[kind], strict=True)
         }
 
+    def controls(self, kind: Kind) -> Sequence[str]:
+        """Names of the control forces of a curve."""
+        count = _COUNT.get(kind, 0)
+        return [f"{self.muscle}:learned.{_FIELD[kind]}{k}" for k in range(1, count + 1)]
 
-def places_of(rig: Rig, trials: Sequence[Trial]) -> list[Place]:
+    def curves(
+        self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
+    ) -> Iterator[Curve]:
+        """The learned curves as torques on the joint.
+
+        They are sums of the control forces. A constant may lie in either curve. Where there are
+        two, the one over speed is 0 at rest.
+        """
+        own = [kind for kind in kinds if kind in _FIELD]
+        visited = {Kind.POSITION: self.at, Kind.RATE: np.linspace(*self.rates, POINTS)}
+        at_rest = self._columns(Kind.RATE, np.zeros(1)) if len(own) == 2 else {}
+        for kind in own:
+            columns = self._columns(kind, visited[kind])
+            if kind is Kind.RATE:
+                columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
+            else:
+                columns |= {n: self.arm / self.middle * torque for n, torque in at_rest.items()}
+            yield Curve(
+                kind=kind,
+                acts_at=self.joint,
+                at=visited[kind],
+                value=sum((values[n] * column for n, column in columns.items()), np.zeros(POINTS)),
+                reach=errors.reach(columns),
+            )
+
+    def _columns(self, kind: Kind, at: FloatArray) -> dict[str, FloatArray]:
+        """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
+        ends = {name.rpartition(".")[2]: end for name, end in self.ends((kind,)).items()}
+        over_length = kind is Kind.POSITION
+        lengths = np.interp(at, self.at, self.length) if over_length else np.zeros(at.size)
+        speeds = np.zeros(at.size) if over_length else self.middle * at
+        # A force against lengthening pulls the joint to where the tendon is shorter.
+        arm = np.interp(at, self.at, self.arm) if over_length else self.middle
+        found: dict[str, FloatArray] = {}
+        for name in self.controls(kind):
+            one = Learned(**ends, **{name.rpartition(".")[2]: 1.0})
+            force = [learned_force(one, *x) for x in zip(lengths, speeds, strict=True)]
+            found[name] = -arm * np.array(force)
+        return found
+
+
+def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
     """Each joint that moves freely, with a tendon that runs over it alone."""
-    found: list[Place] = []
+    found: list[JointPlace] = []
     for j, joint in enumerate(rig.joints):
         channel = rig.names.joint_channel(joint)
         seen = [trial for trial in trials if channel in trial.measured]
@@ -94,8 +126,8 @@ def places_of(rig: Rig, trials: Sequence[Trial]) -> list[Place]:
             continue
         read = [smoothed(trial.time, trial.measured[channel]) for trial in seen]
         rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
-        at = np.linspace(*_between(read, _POSITIONS), _POINTS)
-        poses = np.tile(rig.model.qpos0, (_POINTS, 1))
+        at = np.linspace(*_between(read, _POSITIONS), POINTS)
+        poses = np.tile(rig.model.qpos0, (POINTS, 1))
         poses[:, rig.position_addresses[j]] = at
         arms = np.array([moment_arms(rig, pose) for pose in poses])  # (n, m, j)
         over = np.abs(arms).max(axis=0) > 0.0
@@ -103,7 +135,7 @@ def places_of(rig: Rig, trials: Sequence[Trial]) -> list[Place]:
         if alone:
             lengths = np.array([tendon_lengths(rig, pose)[alone[0]] for pose in poses])
             found.append(
-                Place(
+                JointPlace(
                     joint=joint,
                     muscle=list(rig.muscles)[alone[0]],
                     at=at,
@@ -120,44 +152,3 @@ def _between(
 ) -> tuple[float, float]:
     low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
     return low, high
-
-
-def curves_of(
-    place: Place, kinds: Sequence[str], forces: Mapping[str, float], errors: SizeErrors
-) -> Iterator[Curve]:
-    """The learned curves of a joint as torques on it.
-
-    They are sums of the control forces. A constant may lie in either curve. Where there are two,
-    the one over speed is 0 at rest.
-    """
-    visited = {POSITION: place.at, RATE: np.linspace(*place.rates, _POINTS)}
-    at_rest = _columns(place, RATE, np.zeros(1)) if len(kinds) == 2 else {}
-    for kind in kinds:
-        columns = _columns(place, kind, visited[kind])
-        if kind == RATE:
-            columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
-        else:
-            columns |= {n: place.arm / place.middle * torque for n, torque in at_rest.items()}
-        yield Curve(
-            joint=place.joint,
-            over=kind,
-            at=visited[kind],
-            torque=sum((forces[n] * column for n, column in columns.items()), np.zeros(_POINTS)),
-            reach=errors.reach(columns),
-        )
-
-
-def _columns(place: Place, kind: str, at: FloatArray) -> dict[str, FloatArray]:
-    """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
-    ends = {name.rpartition(".")[2]: end for name, end in place.ends((kind,)).items()}
-    over_length = kind == POSITION
-    lengths = np.interp(at, place.at, place.length) if over_length else np.zeros(at.size)
-    speeds = np.zeros(at.size) if over_length else place.middle * at
-    # A force against lengthening pulls the joint to where the tendon is shorter.
-    arm = np.interp(at, place.at, place.arm) if over_length else place.middle
-    found: dict[str, FloatArray] = {}
-    for k in range(1, COUNT[kind] + 1):
-        one = Learned(**ends, **{f"{FIELD[kind]}{k}": 1.0})
-        force = [learned_force(one, *x) for x in zip(lengths, speeds, strict=True)]
-        found[f"{place.muscle}:learned.{FIELD[kind]}{k}"] = -arm * np.array(force)
-    return found

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pamsim.core.encoding import json_property
-from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.diagnosis.by_link.joint_curves import POSITION, Curve
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
+from pamsim.diagnosis.by_link.learned_curve import Curve, Kind
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 from pamsim.engine.rig import Rig
 
@@ -22,13 +22,15 @@ FOLLOWS = 0.95
 hardly a difference."""
 
 _SIZE = {
-    "spring": "stiffness",
-    "stop": "stiffness",
-    "viscous": "damping",
-    "quadratic": "coefficient",
-    "dry": "torque",
+    "spring": ("stiffness", -1.0),
+    "stop": ("stiffness", -1.0),
+    "viscous": ("damping", -1.0),
+    "quadratic": ("coefficient", -1.0),
+    "dry": ("torque", -1.0),
+    "line": ("slope", 1.0),
+    "bump": ("height", 1.0),
 }
-"""Form -> name of its size, which pulls back."""
+"""Form -> name of its size, and the sign with which it is stated: torques pull back."""
 
 _GRID = 40  # places, periods or speeds that a form is tried with
 _TINY = float(np.finfo(float).tiny)
@@ -39,12 +41,12 @@ class LearnedEntry:
     """A learned curve. It is a description of what is missing, not a name.
 
     Attributes:
-        joint: on which it acts.
-        over: ``position`` or ``speed`` of the joint.
-        at: (n,) of them.
-        at_unit: ``deg`` or ``m``, or the same per second.
-        torque: (n,) in the direction in which the position grows.
-        torque_unit: ``N*m``, or ``N`` on a joint that slides.
+        kind: of curve, one of `Kind`.
+        acts_at: joint, or `pamsim.diagnosis.by_link.learned_curve.MUSCLES`.
+        at: (n,) what it runs over.
+        at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction.
+        value: (n,) torque in the direction in which the position grows, or tension.
+        unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``.
         band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
             show it.
         holds: what it obeys within its band, see `properties`.
@@ -56,12 +58,12 @@ class LearnedEntry:
         p_value: of curves that predict no better.
     """
 
-    joint: str
-    over: str
+    kind: str
+    acts_at: str
     at: FloatArray
     at_unit: str
-    torque: FloatArray
-    torque_unit: str
+    value: FloatArray
+    unit: str
     band95: FloatArray
     holds: tuple[str, ...]
     resembles: str
@@ -77,7 +79,7 @@ class LearnedEntry:
         numbers = {name: f"{value:.3g}" for name, value in self.numbers.items()}
         way = "up" if self.numbers.get("side", 1.0) > 0.0 else "down"
         return _WORDS.get(self.resembles, "").format(
-            **numbers, way=way, at=self.at_unit, force=self.torque_unit
+            **numbers, way=way, at=self.at_unit, force=self.unit
         )
 
 
@@ -89,11 +91,25 @@ _WORDS = {
     "viscous": "viscous friction of {damping} {force} per {at}",
     "quadratic": "a drag of {coefficient} {force} per ({at})^2",
     "dry": "dry friction of {torque} {force}, built up within {speed} {at}",
+    "line": "a straight line of {slope} {force} per {at}",
+    "bump": "a bump of {height} {force} at {middle} {at}, {width} {at} wide",
 }
 """Form -> what it is, with its numbers."""
 
-_AT = {"stiffness": -1, "damping": -1, "coefficient": -2, "begin": 1, "period": 1, "speed": 1}
-"""Number of a form -> power of the unit of position or speed in it."""
+_POWERS = {
+    "stiffness": (-1, 1),
+    "damping": (-1, 1),
+    "coefficient": (-2, 1),
+    "slope": (-1, 1),
+    "begin": (1, 0),
+    "period": (1, 0),
+    "speed": (1, 0),
+    "middle": (1, 0),
+    "width": (1, 0),
+    "side": (0, 0),
+}
+"""Number of a form -> power of the unit of the curve's places in it, and of its values; those of
+others are 0 and 1."""
 
 
 def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry, ...]:
@@ -102,21 +118,25 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
         return ()
     found: list[LearnedEntry] = []
     for curve in shape.curves:
-        turns = rig.joints[curve.joint] == "angle"
-        scale = DEG_PER_RAD if turns else 1.0
-        form, numbers = description(curve.over, curve.at, curve.torque)
+        at_unit, scale, unit, factor = _units(rig, curve)
+        form, numbers = description(curve.kind, curve.at, curve.value)
+        band = np.column_stack([curve.value - curve.reach, curve.value + curve.reach])
         found.append(
             LearnedEntry(
-                joint=curve.joint,
-                over=curve.over,
+                kind=curve.kind,
+                acts_at=curve.acts_at,
                 at=curve.at * scale,
-                at_unit=("deg" if turns else "m") + ("" if curve.over == POSITION else "/s"),
-                torque=curve.torque,
-                torque_unit="N*m" if turns else "N",
-                band95=np.column_stack([curve.torque - curve.reach, curve.torque + curve.reach]),
+                at_unit=at_unit,
+                value=curve.value * factor,
+                unit=unit,
+                band95=band * factor,
                 holds=properties(curve),
                 resembles=form,
-                numbers={name: one * scale ** _AT.get(name, 0) for name, one in numbers.items()},
+                numbers={
+                    name: one * scale**at * factor**value
+                    for name, one in numbers.items()
+                    for at, value in [_POWERS.get(name, (0, 1))]
+                },
                 links=tuple(link.name for link in shape.links),
                 before=shape.before,
                 after=shape.after,
@@ -126,15 +146,34 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
     return tuple(found)
 
 
+def _units(rig: Rig, curve: Curve) -> tuple[str, float, str, float]:
+    """Unit of a curve's places and its factor on SI, and those of its values."""
+    if curve.kind is Kind.PRESSED:
+        return "%", 100.0, "N/bar", PA_PER_BAR
+    if curve.kind is Kind.UNPRESSED:
+        return "%", 100.0, "N", 1.0
+    turns = rig.joints[curve.acts_at] == "angle"
+    per = "" if curve.kind is Kind.POSITION else "/s"
+    return (
+        f"{'deg' if turns else 'm'}{per}",
+        DEG_PER_RAD if turns else 1.0,
+        "N*m" if turns else "N",
+        1.0,
+    )
+
+
 def properties(curve: Curve) -> tuple[str, ...]:
     """What a curve obeys within its band.
 
     Over speed it may be ``passive``: it brakes somewhere and drives nowhere for certain; and
     ``odd``: as large in both directions. Over position it may be ``restoring``: it falls somewhere
-    and grows nowhere for certain. No curve over position takes or gives work in a closed cycle.
+    and grows nowhere for certain. No curve over position takes or gives work in a closed cycle, nor
+    does one over the contraction: what a muscle gives with pressure, its air has done.
     """
-    at, torque, reach = curve.at, curve.torque, curve.reach
-    if curve.over == POSITION:
+    at, torque, reach = curve.at, curve.value, curve.reach
+    if curve.kind in (Kind.PRESSED, Kind.UNPRESSED):
+        return ()
+    if curve.kind is Kind.POSITION:
         rise, error = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]
         later = np.triu_indices(at.size, 1)
         return ("restoring",) if _only_below(rise[later], error[later]) else ()
@@ -150,35 +189,38 @@ def _only_below(values: FloatArray, error: FloatArray) -> bool:
     return bool(np.any(values < -error) and np.all(values <= error))
 
 
-def description(over: str, at: FloatArray, torque: FloatArray) -> tuple[str, dict[str, float]]:
+def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dict[str, float]]:
     """The form with the fewest numbers that follows a curve; of as many, the nearest one.
 
     Args:
-        over: ``position`` or ``speed``.
+        kind: of curve.
         at: (n,) evenly spread.
-        torque: (n,).
+        value: (n,).
 
     Returns:
         ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
-        or ``dry`` over speed; empty if none follows. And its numbers in the curve's units:
-        ``torque``, ``stiffness``, where a stop begins (``begin``) and whether above (``side`` 1) or
-        below (-1), ``amplitude`` and ``period``, ``damping``, ``coefficient``, and the ``speed`` at
-        which dry friction is built up.
+        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction; empty if none
+        follows. And its numbers in the curve's units: ``torque``, ``stiffness``, where a stop
+        begins (``begin``) and whether above (``side`` 1) or below (-1), ``amplitude`` and
+        ``period``, ``damping``, ``coefficient``, the ``speed`` at which dry friction is built up,
+        ``slope``, and the ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
     """
-    about_mean = float(np.sum((torque - torque.mean()) ** 2))
-    if over == POSITION and about_mean <= (1.0 - FOLLOWS) * float(torque @ torque):
-        return "constant", {"torque": float(torque.mean())}
+    about_mean = float(np.sum((value - value.mean()) ** 2))
+    flat = about_mean <= (1.0 - FOLLOWS) * float(value @ value)
+    if kind is not Kind.RATE and flat:
+        return "constant", {"torque": float(value.mean())}
     following: list[tuple[int, float, str, dict[str, float]]] = []
-    for form, columns, known in _over_position(at) if over == POSITION else _over_speed(at):
-        weights: FloatArray = np.linalg.lstsq(columns, torque, rcond=None)[0].astype(float)
-        share = 1.0 - float(np.sum((torque - columns @ weights) ** 2)) / max(about_mean, _TINY)
+    for form, columns, known in _FORMS[kind](at):
+        weights: FloatArray = np.linalg.lstsq(columns, value, rcond=None)[0].astype(float)
+        share = 1.0 - float(np.sum((value - columns @ weights) ** 2)) / max(about_mean, _TINY)
         if share >= FOLLOWS:
             count = columns.shape[1] + len(known)
             first, *others = weights.tolist()
             if form == "ripple":
                 size = {"amplitude": float(np.hypot(first, others[0]))}
             else:
-                size = {_SIZE[form]: -first}
+                name, sign = _SIZE[form]
+                size = {name: sign * first}
             following.append((count, -share, form, {**size, **known}))
     return min(following, key=lambda one: one[:2], default=(0, 0.0, "", {}))[2:]
 
@@ -205,3 +247,22 @@ def _over_speed(at: FloatArray) -> Iterator[Form]:
     for speed in np.geomspace(0.02, 0.5, _GRID).tolist():
         own = speed * float(np.max(np.abs(at)))
         yield "dry", np.tanh(at / own)[:, np.newaxis], {"speed": own}
+
+
+def _over_contraction(at: FloatArray) -> Iterator[Form]:
+    ones, span = np.ones_like(at), float(np.ptp(at))
+    yield "line", np.column_stack([at, ones]), {}
+    for middle in np.linspace(at[0], at[-1], _GRID).tolist():
+        for width in np.geomspace(0.1, 1.0, _GRID).tolist():
+            deviation = 0.5 * width * span
+            bump = np.exp(-0.5 * ((at - middle) / deviation) ** 2)
+            yield "bump", bump[:, np.newaxis], {"middle": middle, "width": width * span}
+
+
+_FORMS = {
+    Kind.POSITION: _over_position,
+    Kind.RATE: _over_speed,
+    Kind.PRESSED: _over_contraction,
+    Kind.UNPRESSED: _over_contraction,
+}
+"""Kind of curve -> forms that may follow it."""

@@ -1,38 +1,33 @@
-"""What has no name gets a shape: a torque over a joint's position or speed, learned from the data.
+"""What has no name gets a shape: a torque on a joint or a tension of muscles, learned from data.
 
-Where more than noise is left behind the muscles and no effect tried explains it, curves without a
-formula stand in (`pamsim.physics.learned`): forces along a tendon over its length and its speed,
-fitted through the simulator as the effects are. They are judged as an effect is, on units that no
-fit has seen. A braid that locks is a torque over the position, too: nuisance parameters keep what
-the rig states, and are refitted only where more than noise is left and the curves then predict
-better. A curve is a description, never a name. Without load cells a force of the muscles over
-their length is a torque over the joint's position, too: which of them it is stays open.
+Where more than noise is left in muscles or joints and no effect tried explains it, curves without a
+formula stand in: forces along a tendon over its length and its speed (`pamsim.physics.learned`),
+tensions over the contraction with pressure and without (`pamsim.physics.learned_tension`). They are
+fitted through the simulator as the effects are, and judged as an effect is, on units that no fit
+has seen. A braid that locks is a torque over the position, too: nuisance parameters keep what the
+rig states, and are refitted only where more than noise is left and the curves then predict better.
+A curve is a description, never a name. Without load cells a tension over the contraction without
+pressure hardly differs from a torque over the joint's position: which of them it is stays open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.links import JOINT, Link
+from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.joint_curves import (
-    COUNT,
-    FIELD,
-    POSITION,
-    RATE,
-    Curve,
-    Place,
-    curves_of,
-    places_of,
-)
+from pamsim.diagnosis.by_link.joint_curves import joint_places
+from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
+from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
@@ -41,11 +36,18 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
 from pamsim.recordings.trial import Trial
 
-_WEAKEST = 1e-3  # a direction of control forces that is seen less, relative, begins at 0
-_FARTHEST = 100.0  # control force that a fit begins with at most [N]: promises are of first order
-_TYPICAL, _MOST = 5.0, 2e3
-"""Control force by which steps of fits are scaled, which changes the readings of a small arm, and
-the largest that is sought [N]."""
+_WEAKEST = 1e-3  # a direction of control values that is seen less, relative, begins at 0
+_TYPICAL = {
+    Kind.POSITION: 5.0,
+    Kind.RATE: 5.0,
+    Kind.PRESSED: 5.0 / 3e5,
+    Kind.UNPRESSED: 5.0,
+}
+"""Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
+arm, or the area [m^2] on which 3 bar make that force."""
+_FARTHEST, _MOST = 20.0, 400.0
+"""What a fit begins with at most, since promises are of first order, and the largest value that is
+sought, in typical ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +55,7 @@ class LearnedShape:
     """Curves that stand for what has no name.
 
     Attributes:
-        curves: of every joint that has some.
+        curves: of every joint that has some, and of the muscles.
         links: whose outputs they change.
         model: with the curves, as fitted.
         values: rig parameters of the curves, their ends among them [SI].
@@ -77,30 +79,33 @@ def learned_shape(
     trials: Sequence[Trial],
     model: LinkModel,
     nuisance: Sequence[str],
+    links: Collection[Link],
     links_of: Callable[[Rig], tuple[ChainSimulator, Units]],
     *,
     seed: int,
 ) -> LearnedShape | None:
-    """Learn what is left behind the muscles.
+    """Learn what is left in muscles and joints.
 
     Args:
         rig: as it is.
         trials: that are fitted and judged.
         model: with the effects that are certain.
         nuisance: parameters that are refitted with the curves.
+        links: in which something is left.
         links_of: links of the trials on a rig, and the rows that are fitted and judged.
         seed: random seed of the sign flips.
 
     Returns:
-        The curves; None where they predict no better, or a joint has no tendon of its own.
+        The curves; None where they predict no better, or none can be told from others.
     """
-    places = places_of(rig, trials)
-    if not places:
+    muscles = muscle_place(rig, trials)
+    places: list[Place] = [*joint_places(rig, trials), *([muscles] if muscles else [])]
+    possible = [k for k in Kind if any(k in place.kinds(links) for place in places)]
+    if not possible:
         return None
-    ends = {name: end for one in places for name, end in one.ends().items()}
-    with_ends = rig.with_parameters(ends)
+    with_ends = rig.with_parameters(_ends(places, possible))
     simulator, units = links_of(with_ends)
-    links = frozenset(link for link in simulator.links if JOINT in link.parts)
+    links = frozenset(links)
     fitter = LinkFitter(simulator, nuisance, units)
     own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
     # Nuisance parameters have stood in for what is left: fits with curves begin as the rig states.
@@ -108,58 +113,62 @@ def learned_shape(
         fitter.everywhere(replace(fitter.stated, effects=model.effects, values=values))
         for values in ({**fitter.nuisance, **model.values}, {**own, **fitter.nuisance})
     )
-    shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in (POSITION, RATE)}
+    shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in possible}
     unseen, best, found, learned_over = HeldOut(fitter, seed=seed), rest, None, ()
     as_stated = LinkFitter(simulator, (), units)
     used = fitter
-    # One curve first: two must predict better than one.
+    # One curve first: where it leaves something, two must predict better.
     for kinds, start in _promised(fitter, begin, shapes, links):
-        chosen = [shapes[kind] for kind in kinds]
+        chosen, something_left = [shapes[kind] for kind in kinds], True
         for one in (as_stated, fitter):
             fit = one.fit(begin, (*begin.effects, *chosen), start, links)
             better = None if fit is None else unseen.better(fit, best, links)
             if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
                 used, best, found, learned_over = one, fit, found or better, kinds
             left = unseen.remainders(best)
-            if not any(left[link].counts for link in links):
+            something_left = any(left[link].counts for link in links)
+            if not something_left:
                 break
-        if learned_over != kinds:
+        if learned_over != kinds or not something_left:
             break
     if found is None:
         return None
-    forces = {name: value for name, value in best.values.items() if ":learned." in name}
+    names = {p.name for kind in learned_over for p in shapes[kind].parameters}
+    controls = {name: value for name, value in best.values.items() if name in names}
     before, after = (_mean(unseen, m, links) for m in (rest, best))
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
     return LearnedShape(
         curves=tuple(
-            curve for place in places for curve in curves_of(place, learned_over, forces, errors)
+            curve for place in places for curve in place.curves(learned_over, controls, errors)
         ),
         links=tuple(sorted(links, key=lambda link: link.order)),
         model=best,
-        values={
-            **{n: end for place in places for n, end in place.ends(learned_over).items()},
-            **forces,
-        },
+        values=_ends(places, learned_over) | controls,
         before=before,
         after=after,
         p_value=found.p_value,
     )
 
 
-def _effect(places: Sequence[Place], kind: str) -> Effect:
-    """The control forces of every joint's curve as an effect to fit."""
+def _ends(places: Sequence[Place], kinds: Collection[Kind]) -> dict[str, float]:
+    return {name: end for place in places for name, end in place.ends(kinds).items()}
+
+
+def _effect(places: Sequence[Place], kind: Kind) -> Effect:
+    """The control values of a kind of curve, at all places, as an effect to fit."""
+    typical = _TYPICAL[kind]
     return Effect(
-        name=f"learned_over_{kind}",
-        link="joint",
+        name=f"learned_{kind.name.lower()}",
+        link="muscle" if kind in (Kind.PRESSED, Kind.UNPRESSED) else "joint",
         family="unnamed",
-        missing=f"a torque over the {kind}",
+        missing=kind,
         look_alikes=(),
         separating="",
         parameters=tuple(
-            size(f"{place.muscle}:learned.{FIELD[kind]}{k}", _TYPICAL, -_MOST, _MOST)
+            size(name, typical, -_MOST * typical, _MOST * typical)
             for place in places
-            for k in range(1, COUNT[kind] + 1)
+            for name in place.controls(kind)
         ),
     )
 
@@ -167,13 +176,13 @@ def _effect(places: Sequence[Place], kind: str) -> Effect:
 def _promised(
     fitter: LinkFitter,
     begin: LinkModel,
-    shapes: Mapping[str, Candidate],
+    shapes: Mapping[Kind, Candidate],
     links: frozenset[Link],
-) -> list[tuple[tuple[str, ...], dict[str, float]]]:
-    """Kinds of curves that promise something, and the control forces that fits begin with [N].
+) -> list[tuple[tuple[Kind, ...], dict[str, float]]]:
+    """Kinds of curves that promise something, and the control values that fits begin with [SI].
 
-    The more promising kind comes first, then both together. Every control force costs what a
-    parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
+    The most promising kind comes first, then the most promising two. Every control value costs what
+    a parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
     promised: the locking of both muscles' braids is a torque over the position, too.
     """
     none = {p.name: 0.0 for shape in shapes.values() for p in shape.parameters}
@@ -185,17 +194,21 @@ def _promised(
     left = project_out(basis, begin.rows)
     cost = float(np.log(left.size))
 
-    def promise(kinds: tuple[str, ...]) -> tuple[float, tuple[str, ...], dict[str, float]]:
-        names = [p.name for kind in kinds for p in shapes[kind].parameters]
+    def promise(kinds: tuple[Kind, ...]) -> tuple[float, tuple[Kind, ...], dict[str, float]]:
+        typical = {p.name: _TYPICAL[kind] for kind in kinds for p in shapes[kind].parameters}
+        names = list(typical)
         own = project_out(basis, np.column_stack([columns[name] for name in names]))
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
         after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
-        scaled = (share * _TYPICAL).clip(-_FARTHEST, _FARTHEST).tolist()
-        return after, kinds, dict(zip(names, scaled, strict=True))
+        scaled = share.clip(-_FARTHEST, _FARTHEST).tolist()
+        start = {name: typical[name] * value for name, value in zip(names, scaled, strict=True)}
+        return after, kinds, start
 
-    single = min(promise((POSITION,)), promise((RATE,)), key=lambda one: one[0])
-    double, found, least = promise((POSITION, RATE)), [], float(left @ left)
-    for after, kinds, start in (single, double):
+    found: list[tuple[tuple[Kind, ...], dict[str, float]]] = []
+    least = float(left @ left)
+    for count in (1, 2):
+        promised = [promise(kinds) for kinds in combinations(shapes, count)]
+        after, kinds, start = min(promised, key=lambda one: one[0], default=(least, (), {}))
         if after < least:
             found.append((kinds, start))
             least = after

@@ -81,7 +81,7 @@ def _learned(result: LinkReport) -> list[str]:
         return []
     first = result.learned[0]
     curves = " and ".join(
-        f"a torque over the {one.over} of {one.joint}" + (f", like {one.words}" * bool(one.words))
+        f"{one.kind} of {one.acts_at}" + (f", like {one.words}" * bool(one.words))
         for one in result.learned
     )
     return [

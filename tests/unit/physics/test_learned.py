@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
 from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force, learns
+from tests.unit.physics.splines import by_scipy
 
 RNG = np.random.default_rng(4)
 FORCES, DRAGS = RNG.normal(size=LENGTH) * 20.0, RNG.normal(size=SPEED) * 5.0
@@ -14,13 +14,6 @@ def curves(forces=FORCES, drags=DRAGS):
     numbers = {f"force_{k}": float(c) for k, c in enumerate(forces, start=1)}
     numbers |= {f"drag_{k}": float(c) for k, c in enumerate(drags, start=1)}
     return Learned(low=0.16, high=0.2, slowest=-0.1, fastest=0.15, **numbers)
-
-
-def by_scipy(control, ends, x):
-    spacing = (ends[1] - ends[0]) / (len(control) - 1)
-    knots = ends[0] + spacing * np.arange(-3, len(control) + 3)
-    beyond = 2.0 * control[0] - control[1], 2.0 * control[-1] - control[-2]
-    return BSpline(knots, [beyond[0], *control, beyond[1]], 3)(x)
 
 
 def test_each_curve_is_scipy_s_spline_and_stays_at_its_ends():

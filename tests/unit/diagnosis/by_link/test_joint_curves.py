@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.diagnosis.by_link.joint_curves import POSITION, RATE, curves_of, places_of
+from pamsim.diagnosis.by_link.joint_curves import joint_places
+from pamsim.diagnosis.by_link.learned_curve import Kind
 from pamsim.physics.learned import learned_force
 
 TIME = np.linspace(0.0, 5.0, 200)
@@ -14,7 +15,7 @@ TIME = np.linspace(0.0, 5.0, 200)
 
 def places(rig):
     swung = {rig.names.joint_channel(joint): 0.3 * np.sin(TIME) for joint in rig.joints}
-    return places_of(rig, [SimpleNamespace(time=TIME, measured=swung)])
+    return joint_places(rig, [SimpleNamespace(time=TIME, measured=swung)])
 
 
 def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
@@ -22,7 +23,7 @@ def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
     assert (shaft.joint, shaft.muscle) == ("shaft", "muscle_1")
     assert shaft.length == pytest.approx(shaft.middle * shaft.at)
     assert shaft.rates == pytest.approx((-0.3, 0.3), rel=0.02)
-    ends = shaft.ends()
+    ends = shaft.ends(Kind)
     assert ends["muscle_1:learned.low"] == pytest.approx(-ends["muscle_1:learned.high"], rel=1e-3)
     assert ends["muscle_1:learned.high"] == pytest.approx(0.3 * abs(shaft.middle), rel=0.01)
 
@@ -39,18 +40,18 @@ def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_f
     (shaft,) = places(rig)
     forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 17)}
     drags = {f"muscle_1:learned.drag_{k}": 5.0 - k for k in range(1, 9)}
-    group = rig.with_parameters({**shaft.ends(), **forces, **drags}).muscles["muscle_1"].learned
-    curves = curves_of(shaft, [POSITION, RATE], {**forces, **drags}, KnownErrors())
+    group = rig.with_parameters({**shaft.ends(Kind), **forces, **drags}).muscles["muscle_1"].learned
+    curves = shaft.curves([Kind.POSITION, Kind.RATE], {**forces, **drags}, KnownErrors())
     over_position, over_speed = curves
-    at_rest = np.interp(0.0, over_speed.at, over_speed.torque)
-    assert at_rest == pytest.approx(0.0, abs=1e-3 * np.abs(over_speed.torque).max())
+    at_rest = np.interp(0.0, over_speed.at, over_speed.value)
+    assert at_rest == pytest.approx(0.0, abs=1e-3 * np.abs(over_speed.value).max())
     there = np.array([learned_force(group, length, 0.0) for length in shaft.length])
-    assert over_position.torque == pytest.approx(-shaft.arm * there)
+    assert over_position.value == pytest.approx(-shaft.arm * there)
     moving = [learned_force(group, 0.0, shaft.middle * speed) for speed in over_speed.at]
     still = learned_force(group, 0.0, 0.0)
-    assert over_speed.torque == pytest.approx(-shaft.middle * (np.array(moving) - still))
-    (single,) = curves_of(shaft, [POSITION], forces, KnownErrors())
-    assert np.ptp(over_position.torque - single.torque) == pytest.approx(0.0, abs=1e-12)
+    assert over_speed.value == pytest.approx(-shaft.middle * (np.array(moving) - still))
+    (single,) = shaft.curves([Kind.POSITION], forces, KnownErrors())
+    assert np.ptp(over_position.value - single.value) == pytest.approx(0.0, abs=1e-12)
     # Between control forces that of one newton is spread over four of them, at an end it is alone.
     assert single.reach[0] == pytest.approx(abs(shaft.arm[0]))
     assert 0.6 * single.reach[0] < single.reach[30] < 0.8 * single.reach[0]

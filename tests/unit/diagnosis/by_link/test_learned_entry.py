@@ -7,69 +7,88 @@ import pytest
 
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, Link
-from pamsim.diagnosis.by_link.joint_curves import Curve
+from pamsim.diagnosis.by_link.learned_curve import MUSCLES, Curve, Kind
 from pamsim.diagnosis.by_link.learned_entry import description, learned_entries, properties
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 
 AT = np.linspace(-0.6, 0.5, 60)
 NOISE = 2e-3 * np.random.default_rng(2).normal(size=AT.size)
 CURVES = {
-    "constant": ("position", np.full_like(AT, 0.2), {"torque": 0.2}),
-    "spring": ("position", 0.1 - 0.8 * AT, {"stiffness": 0.8}),
+    "constant": (Kind.POSITION, np.full_like(AT, 0.2), {"torque": 0.2}),
+    "spring": (Kind.POSITION, 0.1 - 0.8 * AT, {"stiffness": 0.8}),
     "stop": (
-        "position",
+        Kind.POSITION,
         -1.2 * np.maximum(AT - 0.14, 0.0),
         {"stiffness": 1.2, "begin": 0.14, "side": 1.0},
     ),
-    "ripple": ("position", 0.15 * np.sin(16.0 * AT + 0.7), {"amplitude": 0.15, "period": 0.3927}),
-    "viscous": ("speed", -0.3 * AT, {"damping": 0.3}),
-    "quadratic": ("speed", -0.5 * AT * np.abs(AT), {"coefficient": 0.5}),
-    "dry": ("speed", -0.2 * np.tanh(AT / 0.03), {"torque": 0.2, "speed": 0.03}),
+    "ripple": (
+        Kind.POSITION,
+        0.15 * np.sin(16.0 * AT + 0.7),
+        {"amplitude": 0.15, "period": 0.3927},
+    ),
+    "viscous": (Kind.RATE, -0.3 * AT, {"damping": 0.3}),
+    "quadratic": (Kind.RATE, -0.5 * AT * np.abs(AT), {"coefficient": 0.5}),
+    "dry": (Kind.RATE, -0.2 * np.tanh(AT / 0.03), {"torque": 0.2, "speed": 0.03}),
+    "line": (Kind.UNPRESSED, 20.0 + 90.0 * AT, {"slope": 90.0}),
+    "bump": (
+        Kind.PRESSED,
+        2e-5 * np.exp(-0.5 * ((AT - 0.1) / 0.15) ** 2),
+        {"height": 2e-5, "middle": 0.1, "width": 0.3},
+    ),
 }
 
 
 def test_each_form_is_found_with_its_numbers():
-    for form, (over, torque, numbers) in CURVES.items():
-        assert description(over, AT, torque + NOISE) == (form, pytest.approx(numbers, rel=0.15))
+    for form, (kind, value, numbers) in CURVES.items():
+        noisy = value + NOISE * np.abs(value).max()
+        assert description(kind, AT, noisy) == (form, pytest.approx(numbers, rel=0.15))
 
 
 def test_a_stop_on_the_other_side_pushes_up():
-    form, numbers = description("position", AT, 1.2 * np.maximum(-0.2 - AT, 0.0))
+    form, numbers = description(Kind.POSITION, AT, 1.2 * np.maximum(-0.2 - AT, 0.0))
     assert (form, numbers["side"]) == ("stop", -1.0)
     assert numbers["stiffness"] == pytest.approx(1.2, rel=0.1)
 
 
 def test_a_curve_that_no_form_follows_is_not_described():
     detent = (AT + 0.07) * np.exp(-0.5 * ((AT + 0.07) / 0.04) ** 2)
-    assert description("position", AT, detent) == ("", {})
-    assert description("speed", AT, np.cos(9.0 * AT)) == ("", {})
+    assert description(Kind.POSITION, AT, detent) == ("", {})
+    assert description(Kind.RATE, AT, np.cos(9.0 * AT)) == ("", {})
 
 
 def test_a_curve_obeys_what_its_band_does_not_contradict():
-    def holds(over, torque, reach):
-        curve = Curve(joint="shaft", over=over, at=AT, torque=torque, reach=reach + 0.0 * AT)
-        return properties(curve)
+    def holds(kind, value, reach):
+        return properties(
+            Curve(kind=kind, acts_at="shaft", at=AT, value=value, reach=reach + 0.0 * AT)
+        )
 
     _, viscous, _ = CURVES["viscous"]
     _, spring, _ = CURVES["spring"]
-    assert holds("speed", viscous, 0.01) == ("passive", "odd")
-    assert holds("speed", -viscous, 0.01) == ("odd",)
-    assert holds("speed", np.minimum(viscous, 0.0), 0.01) == ("passive",)
-    assert holds("speed", viscous + 0.05, 0.01) == ()  # it drives where it is slow
-    assert holds("speed", viscous + 0.05, 0.06) == ("passive", "odd")
-    assert holds("position", spring, 0.01) == ("restoring",)
-    assert holds("position", -spring, 0.01) == ()
-    assert holds("position", CURVES["ripple"][1], 0.01) == ()
-    for over, torque in (("speed", viscous), ("position", spring)):
-        assert "passive" not in holds(over, torque, 1.0)  # nothing is known
-        assert "restoring" not in holds(over, torque, 1.0)
+    assert holds(Kind.RATE, viscous, 0.01) == ("passive", "odd")
+    assert holds(Kind.RATE, -viscous, 0.01) == ("odd",)
+    assert holds(Kind.RATE, np.minimum(viscous, 0.0), 0.01) == ("passive",)
+    assert holds(Kind.RATE, viscous + 0.05, 0.01) == ()  # it drives where it is slow
+    assert holds(Kind.RATE, viscous + 0.05, 0.06) == ("passive", "odd")
+    assert holds(Kind.POSITION, spring, 0.01) == ("restoring",)
+    assert holds(Kind.POSITION, -spring, 0.01) == ()
+    assert holds(Kind.POSITION, CURVES["ripple"][1], 0.01) == ()
+    assert holds(Kind.UNPRESSED, spring, 0.01) == ()
+    for kind, torque in ((Kind.RATE, viscous), (Kind.POSITION, spring)):
+        assert "passive" not in holds(kind, torque, 1.0)  # nothing is known
+        assert "restoring" not in holds(kind, torque, 1.0)
 
 
 def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words():
     shape = LearnedShape(
         curves=tuple(
-            Curve(joint="shaft", over=over, at=AT, torque=torque, reach=np.full_like(AT, 0.01))
-            for over, torque, _ in CURVES.values()
+            Curve(
+                kind=kind,
+                acts_at=MUSCLES if "tension" in kind else "shaft",
+                at=AT,
+                value=value,
+                reach=np.full_like(AT, 0.01),
+            )
+            for kind, value, _ in CURVES.values()
         ),
         links=(Link(parts=(MUSCLE, JOINT)),),
         model=None,
@@ -82,12 +101,17 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert set(entries) == set(CURVES)
     assert all(one.words for one in entries.values())
     one = entries["stop"]
-    assert one.band95 == pytest.approx(np.column_stack([one.torque - 0.01, one.torque + 0.01]))
+    assert one.band95 == pytest.approx(np.column_stack([one.value - 0.01, one.value + 0.01]))
     assert entries["viscous"].holds == ("passive", "odd")
     assert one.at == pytest.approx(np.degrees(AT))
-    assert (one.at_unit, one.torque_unit) == ("deg", "N*m")
+    assert (one.at_unit, one.unit) == ("deg", "N*m")
     assert one.numbers["begin"] == pytest.approx(math.degrees(0.14), rel=0.1)
     assert one.numbers["stiffness"] == pytest.approx(1.2 * math.pi / 180.0, rel=0.1)
     assert one.words.startswith("a stop from ")
     assert entries["dry"].at_unit == "deg/s"
+    bump, line = entries["bump"], entries["line"]
+    assert (bump.at_unit, bump.unit) == ("%", "N/bar")
+    assert bump.value.max() == pytest.approx(2.0, rel=0.01)
+    assert bump.numbers == pytest.approx({"height": 2.0, "middle": 10.0, "width": 30.0}, rel=0.1)
+    assert line.numbers["slope"] == pytest.approx(0.9)
     assert learned_entries(pamsim.load_rig("mas20_arm"), None) == ()

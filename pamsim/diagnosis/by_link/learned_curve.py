@@ -1,0 +1,70 @@
+"""A curve that was learned of a force without a name, and the place that it acts at."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from pamsim.comparison.links import Link
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.sizes import SizeErrors
+
+
+class Kind(StrEnum):
+    """What a curve runs over, and what it is."""
+
+    POSITION = "a torque over the position"
+    RATE = "a torque over the speed"
+    PRESSED = "a tension per pressure over the contraction"
+    UNPRESSED = "a tension over the contraction"
+
+
+MUSCLES = "the muscles"
+"""Where a curve acts that all muscles have."""
+
+POINTS = 60  # of a curve that is written
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A learned curve.
+
+    Attributes:
+        kind: of curve.
+        acts_at: joint, or `MUSCLES`.
+        at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
+            same per s] or contractions [-].
+        value: (n,) torque in the direction in which the position grows [N m or N], tension [N] or
+            tension per pressure [m^2].
+        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
+    """
+
+    kind: Kind
+    acts_at: str
+    at: FloatArray
+    value: FloatArray
+    reach: FloatArray
+
+
+class Place(Protocol):
+    """Something whose forces may have no name: a joint, or the muscles."""
+
+    def kinds(self, links: Collection[Link]) -> Sequence[Kind]:
+        """Kinds of its curves that these links may show."""
+        ...
+
+    def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
+        """Parameters of the ends of its curves, from one end of what was visited to the other."""
+        ...
+
+    def controls(self, kind: Kind) -> Sequence[str]:
+        """Names of the control values of a curve; none of a kind that it has not."""
+        ...
+
+    def curves(
+        self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
+    ) -> Iterator[Curve]:
+        """Its curves, of control values [SI]."""
+        ...
