@@ -12,7 +12,7 @@ pressure hardly differs from a torque over the joint's position: which of them i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -29,6 +29,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.diagnosis.by_link.remainder import ALPHA
+from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
@@ -117,11 +118,24 @@ def learned_shape(
     unseen, best, found, learned_over = HeldOut(fitter, seed=seed), rest, None, ()
     as_stated = LinkFitter(simulator, (), units)
     used = fitter
+
+    def with_curves(kinds: Sequence[Kind]) -> tuple[Candidate, ...]:
+        return *begin.effects, *(shapes[kind] for kind in kinds)
+
     # One curve first: where it leaves something, two must predict better.
-    for kinds, start in _promised(fitter, begin, shapes, links):
-        chosen, something_left = [shapes[kind] for kind in kinds], True
+    for offers in _promised(fitter, begin, shapes, links):
+        fits = [
+            (fit, kinds, start)
+            for kinds, start in offers
+            if (fit := as_stated.fit(begin, with_curves(kinds), start, links)) is not None
+        ]
+        if not fits:
+            break
+        nearest, kinds, start = min(fits, key=lambda one: one[0].criterion)
+        something_left = True
         for one in (as_stated, fitter):
-            fit = one.fit(begin, (*begin.effects, *chosen), start, links)
+            again = one is fitter
+            fit = one.fit(begin, with_curves(kinds), start, links) if again else nearest
             better = None if fit is None else unseen.better(fit, best, links)
             if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
                 used, best, found, learned_over = one, fit, found or better, kinds
@@ -178,10 +192,10 @@ def _promised(
     begin: LinkModel,
     shapes: Mapping[Kind, Candidate],
     links: frozenset[Link],
-) -> list[tuple[tuple[Kind, ...], dict[str, float]]]:
-    """Kinds of curves that promise something, and the control values that fits begin with [SI].
+) -> Iterator[list[tuple[tuple[Kind, ...], dict[str, float]]]]:
+    """Kinds of curves that are worth a fit, and the control values that this begins with [SI].
 
-    The most promising kind comes first, then the most promising two. Every control value costs what
+    Single ones come first, then pairs, as long as they promise more. Every control value costs what
     a parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
     promised: the locking of both muscles' braids is a torque over the position, too.
     """
@@ -204,15 +218,16 @@ def _promised(
         start = {name: typical[name] * value for name, value in zip(names, scaled, strict=True)}
         return after, kinds, start
 
-    found: list[tuple[tuple[Kind, ...], dict[str, float]]] = []
-    least = float(left @ left)
+    nothing = least = float(left @ left)
     for count in (1, 2):
         promised = [promise(kinds) for kinds in combinations(shapes, count)]
-        after, kinds, start = min(promised, key=lambda one: one[0], default=(least, (), {}))
-        if after < least:
-            found.append((kinds, start))
-            least = after
-    return found
+        best = min((after for after, _, _ in promised), default=least)
+        if best >= least:
+            return
+        least = best
+        # Promises are of first order, so that the nearest kind need not promise most.
+        worth = nothing - WORTH * (nothing - best)
+        yield [(kinds, start) for after, kinds, start in promised if after <= worth]
 
 
 def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:

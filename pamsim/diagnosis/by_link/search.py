@@ -42,7 +42,7 @@ CONTENDS = 0.2
 """Share of a promise from which another effect may turn out as good: all of its forms and probes
 are simulated, or it is fitted as a rival. A fit triples a promise at most, of those seen."""
 
-_WORTH = 0.5
+WORTH = 0.5
 """Share of the largest promise from which an effect, or a form of one, is fitted: promises are of
 first order."""
 
@@ -146,7 +146,7 @@ def best_fits(
     """
 
     def enough(some: Sequence[Promise]) -> float:
-        return _WORTH * some[0].gain if least is None else least
+        return WORTH * some[0].gain if least is None else least
 
     fits: list[LinkModel] = []
     for name in dict.fromkeys(promise.effect.name for promise in found):
