@@ -19,6 +19,7 @@ from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.learned import Learned
+from pamsim.physics.learned_tension import LearnedTension
 from pamsim.physics.muscle import PLAIN_GROUPS, Muscle
 from pamsim.recordings.sensors import MeasurementChain
 
@@ -40,6 +41,7 @@ WHEN: dict[type[ParameterGroup], str] = {
     Braid: "*Needed*; a bellows or piston has `stroke` instead.",
     Stroke: "*Needed* by a bellows or piston, in place of `braid`.",
     Learned: "Curves that `pamsim diagnose` fits and writes.",
+    LearnedTension: "Curves that `pamsim diagnose` fits and writes.",
     ParallelHysteresis: "Hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
 }
 """Groups of which more is to be stated than whether every muscle needs them."""
@@ -51,7 +53,7 @@ def page() -> str:
     needed = {field.name for field in dataclasses.fields(Muscle) if _is_needed(field)}
     for group in PLAIN_GROUPS:
         when = WHEN.get(group, NEEDED if group.group in needed else "")
-        rows = () if group is Learned else _rows(group)
+        rows = () if group in (Learned, LearnedTension) else _rows(group)
         above = (f"{when}\n",) if when else ()
         parts.append(f"\n## muscle.{group.group}\n{_list(above)}{_list(rows)}")
     parts += _laws("force", f"{NEEDED} ", FORCE_LAWS.values())

@@ -17,6 +17,8 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import write_link_diagnosis
 from pamsim.twins.hide import hide
+from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.plant.hidden.hidden_effect import PlantEffect, on_muscles
 from tests.plant.hide import hide as hide_in_plant
 
 TILT = -0.12
@@ -166,7 +168,8 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
         assert report.learned == ()
         return
     (curve,) = report.learned
-    assert (curve.joint, curve.over, curve.resembles) == ("shaft", "position", "stop")
+    assert (curve.kind, curve.acts_at) == ("a torque over the position", "shaft")
+    assert curve.resembles == "stop"
     assert curve.before > 2.5
     assert curve.after < 1.15
     stiffness = 4.0 * size * math.pi / 180.0
@@ -179,6 +182,34 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
     assert learned.high > learned.low
     gap = report.gap["angle"]
     assert gap.after < 0.5 * gap.before
+
+
+@pytest.mark.slow
+def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path):
+    """A further area of 0.8 cm^2 at a contraction of 1 %, which pressures show as forces do."""
+    PLANT_EFFECTS["swelling"] = PlantEffect(
+        name="swelling", formulation="a bump over the contraction", unit="m^2", typical=8e-5,
+        change=on_muscles("swell", swell_at=0.01, swell_width=0.015),
+    )  # fmt: skip
+    hidden = hide_in_plant(
+        "mas20_arm", {"swelling": 1.0}, duration=5.0, repeats=3, forces=True,
+        protocols=("triangle", "staircase", "multisine"), formulation="plant", seed=1, step=7e-4,
+    )  # fmt: skip
+    del PLANT_EFFECTS["swelling"]
+    hidden.save(tmp_path / "data")
+    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
+    (curve,) = report.learned
+    assert (curve.kind, curve.unit) == ("a tension per pressure over the contraction", "N/bar")
+    assert curve.resembles == "bump"
+    assert curve.numbers == pytest.approx({"height": 8.0, "middle": 1.0, "width": 3.0}, rel=0.15)
+    assert curve.before > 3.0
+    assert curve.after < 1.1
+    report.save(tmp_path / "out")
+    again = pamsim.load_rig(tmp_path / "out" / "rig").muscles["muscle_2"].learned_tension
+    assert again.high > again.low
+    gap = report.gap["pressure_1"]
+    assert gap.after < gap.before
+    assert "of the muscles" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
 DURATION = 28.0

@@ -9,6 +9,7 @@ import pamsim
 from pamsim.diagnosis.by_link.joint_curves import joint_places
 from pamsim.diagnosis.by_link.learned_curve import Kind
 from pamsim.physics.learned import learned_force
+from tests.unit.diagnosis.by_link.known_errors import KnownErrors
 
 TIME = np.linspace(0.0, 5.0, 200)
 
@@ -26,13 +27,6 @@ def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
     ends = shaft.ends(Kind)
     assert ends["muscle_1:learned.low"] == pytest.approx(-ends["muscle_1:learned.high"], rel=1e-3)
     assert ends["muscle_1:learned.high"] == pytest.approx(0.3 * abs(shaft.middle), rel=0.01)
-
-
-class KnownErrors:
-    """Errors of which every control force has 1 N, independent of the others."""
-
-    def reach(self, weights):
-        return np.sqrt(np.sum([column**2 for column in weights.values()], axis=0))
 
 
 def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_force():
