@@ -27,7 +27,7 @@ RULES = {
     "by_link/remainder.py": ("ALPHA", "LEAST"),
     "by_link/judge.py": ("_RIVALS",),
     "by_link/search.py": (
-        "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS",
+        "MATERIAL", "_OF_LEFT", "CONTENDS", "WORTH", "_MOST, _FORMS",
     ),
 }  # fmt: skip
 """File of the diagnosis -> numbers on which its conclusions depend."""
