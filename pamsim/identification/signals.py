@@ -202,6 +202,10 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     named = first or [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
     if named and len(named) <= 2:
         return "-".join(named)
+    if len(have) == 1:
+        raise InputError(
+            f"no column but {have[0]}: a model needs an input; record the command or the pressures"
+        )
     raise InputError(
         f"no column is known as the command: give `input`, a column or a difference as in p1-p2,"
         f" and `output` unless it is angle_deg; columns: {', '.join(have)}"
