@@ -139,8 +139,8 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
     units = {table.units[name] for table in tables for _, name in terms}
     if len(units) > 1:
         raise InputError(
-            f"{text!r} adds {' and '.join(sorted(one.unit for one in units))}; use columns of"
-            " one unit"
+            f"{text!r} combines {' and '.join(sorted(one.unit for one in units))}; use columns"
+            " of one unit"
         )
     return Signal(text=text, terms=tuple(terms), **vars(units.pop()))
 
