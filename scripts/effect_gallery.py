@@ -62,7 +62,6 @@ An effect may have several **forms**: formulas of the same physics, in bold. Eff
 - **Numbers**: typical value, where a search starts, and in brackets the range that it may try.
   x multiplies the rig's own value, + and - are added to it. A *shape* is a parameter that counts
   only while the effect is there.
-- **...** stands for the first words of the effect's first form.
 - **Second round**: tried only where the other effects leave more than noise, or by name.
 - **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
   `pamsim hide` (its title) that shows it best over the sensors' noise
@@ -72,8 +71,7 @@ An effect may have several **forms**: formulas of the same physics, in bold. Eff
 Written by `scripts/effect_gallery.py` from `pamsim/data/effects/`.
 """
 
-SHARED_WORDS = 4  # that begin two descriptions and are not repeated; fewer save no reading
-AT_REST = "Tried in tables of angles at rest; in recordings over time only by name."
+AT_REST = "Tried in tables of angles at rest. In recordings over time, name them with `--effects`."
 
 
 def page() -> str:
@@ -113,13 +111,7 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
 
 
 def _missing(one: Effect) -> str:
-    """What is missing, in a sentence; of a further form what differs from the first."""
-    first = FORMS[one.name][0]
-    pairs = zip(one.missing.split(), first.missing.split(), strict=False)
-    shared = itertools.takewhile(lambda pair: pair[0].strip(",") == pair[1].strip(","), pairs)
-    same = len(list(shared))
-    if one is not first and same >= SHARED_WORDS:
-        return f"... {' '.join(one.missing.split()[same:])}"
+    """What is missing, in a sentence."""
     return f"{one.missing[0].upper()}{one.missing[1:]}"
 
 

@@ -45,14 +45,14 @@ INPUTS, SAMPLES = 4, 400  # of recordings: their inputs, and samples of a trial
 LEVELS = (0.001, 0.01, 0.05)
 
 KEPT = 0.88  # of drifting noise from one reading to the next
-ROWS = "a model against another that is as wrong"
-BEST_ROW_EFFECT = "best of four effects that are not there"
-SCORES = "an effect that is not there, by flips of the rows' scores"
+ROWS = "two equally wrong models"
+BEST_ROW_EFFECT = "best of four absent effects"
+SCORES = "an absent effect, by flips of the rows' scores"
 ADDS = "what another effect adds to the true one"
-NEAR = "what near rows miss together"
-NEAR_LEVELS = "what near levels of a loop miss together"
-TRIALS = "a model against another that is as wrong, in held-out trials"
-SHARED = "what repeats miss together, in any of two links"
+NEAR = "error common to neighbouring rows"
+NEAR_LEVELS = "error common to neighbouring levels of a loop"
+TRIALS = "two equally wrong models, in held-out trials"
+SHARED = "error common to repeats, in either of two links"
 PLANTED = 0.3  # what two equally wrong models miss, in standard deviations of the noise
 TRUE_SIZE = 2.0  # of the true effect, in standard deviations of the noise
 

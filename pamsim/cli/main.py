@@ -126,6 +126,8 @@ def _usage(error: click.UsageError) -> str:
             if isinstance(one, click.Option) and one.required and words.isdisjoint(one.opts)
         )
         text = f"missing {', '.join(missing)}"
+    elif "unexpected extra argument" in text:  # mostly --pressure 400 100
+        text += ": values of a list are joined by commas, as 400,100"
     # Without the name of the program, which is python -m pamsim in some calls.
     command = error.ctx.command_path.removeprefix(error.ctx.find_root().command_path).strip()
     return f"{text}; `pamsim {command} --help` shows all"

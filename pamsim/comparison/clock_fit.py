@@ -26,7 +26,7 @@ _UNLIKELY = 4.6
 _MOST = 10_000
 """Samples that a record is thinned to, by means of neighbours: a second of computing."""
 _GAPS = 20.0
-"""Times its samples that the even grid of a record may have, so that it fits into memory."""
+"""Longest even grid of a record, in multiples of its samples: it must fit into memory."""
 _QUARTZ = 1e-4
 """Standard deviation of the rates of two clocks before their logs are seen: quartz is off by 20 to
 100 ppm."""

@@ -253,7 +253,7 @@ def _range(rig: Rig, parameter: RigParameter, limits: Bounds | None) -> tuple[fl
     return (
         value - reach,
         value + reach,
-        f"{FACTOR:g} times its size, or its stated uncertainty, either way",
+        f"{FACTOR:g} times its value or its stated uncertainty, added and subtracted",
     )
 
 

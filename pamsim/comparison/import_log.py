@@ -77,7 +77,7 @@ class ImportedLog:
         wide = max(len(one.column) for one in self.columns)
         lines = [f"rig {self.rig}, {self.rows} rows"]
         for one in self.columns:
-            turned = ", sign turned" if one.sign < 0 else ""
+            turned = ", sign reversed" if one.sign < 0 else ""
             absolute = ", absolute" if one.absolute else ""
             times = f" times {one.times}" if one.times else ""
             lines.append(

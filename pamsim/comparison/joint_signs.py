@@ -41,8 +41,8 @@ def turned_joints(
 
     def why(joint: str) -> str:
         if joint in by_itself:
-            return f"sign turned, because it falls where {joint} is driven up"
-        return "sign turned, because it falls where the muscles pull it up; or they are swapped"
+            return f"sign reversed, because it falls while {joint} is driven up"
+        return "sign reversed, because it falls while the muscles pull it up; or they are swapped"
 
     return tuple(
         replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))

@@ -216,7 +216,9 @@ class LoopRows:
         counts = np.array([np.bincount(number[side], minlength=levels.size) for side in sides])
         both = np.all(counts > 0, axis=0)
         if not np.any(both):
-            raise InputError("no pressure was read on both branches, rising and falling")
+            raise InputError(
+                "no pressure was read on both branches; read the same levels rising and falling"
+            )
         if np.ptp(loop.length) == 0.0:
             raise InputError(f"the length never changes from {loop.length[0]:g} m: no loop")
 

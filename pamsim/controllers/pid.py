@@ -172,7 +172,9 @@ class GainSchedule:
             InputError: for no trusted model, or one that is not of G1's or G2's structure.
         """
         if len(at) != len(models.models):
-            raise InputError(f"{len(at)} places for {len(models.models)} local models")
+            raise InputError(
+                f"`at` has {len(at)} values for {len(models.models)} local models; give one each"
+            )
         tuned: dict[float, list[PidGains]] = {}
         for place, item in zip(at, models.models, strict=True):
             if item.fit.status is FitStatus.CONVERGED:

@@ -56,14 +56,22 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """Tail of an error: the known names nearest to what was written, and which exist.
 
     For example ``did you mean 'kPa'? known: Pa, kPa, bar``. Names of which the written one is a
-    word are nearest. Where there are many, and some are near, the others are left out.
+    word are nearest, then the name, or those with the word, that it resembles most. Where there are
+    many, and some are near, the others are left out.
     """
     names = sorted(known)
+    with_word: dict[str, list[str]] = {one: [one] for one in names}
+    for one in names:
+        for part in re.split(r"[._: ]", one.lower()):
+            with_word.setdefault(part, []).append(one)
     word = name.lower()
-    close = [one for one in names if word in re.split(r"[._: ]", one.lower())]
+    if word not in with_word:
+        word = next(iter(difflib.get_close_matches(name, with_word, n=1)), "")
     # Those that end in the word itself come first: damping is joint.shaft.damping.
-    close = sorted(close, key=lambda one: one.lower().split(".")[-1] != word)[:_SUGGESTED]
-    close = close or difflib.get_close_matches(name, names, n=1)
+    close = sorted(
+        dict.fromkeys(with_word.get(word, ())),
+        key=lambda one: one.lower().split(".")[-1] != word,
+    )[:_SUGGESTED]
     hint = f"did you mean {' or '.join(map(repr, close))}?" if close else ""
     if hint and len(names) > _LISTED:
         return hint

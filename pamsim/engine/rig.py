@@ -171,7 +171,10 @@ class Rig:
         names = sorted(map(ParameterName.parse, values), key=lambda name: bool(name.muscle))
         operators = sorted({name.operator for name in names if name.operator})
         if len(operators) > 1:
-            raise InputError(f"a muscle has one operator, not {', '.join(operators)}")
+            raise InputError(
+                f"parameters of the operators {', '.join(operators)}: a muscle has only one;"
+                " leave out the others"
+            )
         if operators:
             plain = {name.without_operator: values[name.text] for name in names}
             return self.with_operator(operators[0]).with_parameters(plain)
@@ -214,7 +217,7 @@ class Rig:
         """
         known = {name: o.group for name, o in self.file.operators.items() if o.group.usual}
         if law not in known:
-            raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
+            raise InputError(f"operator {law!r} has no default parameters; {nearest(law, known)}")
         group, section = known[law], Hysteresis.group
         if all(isinstance(muscle.hysteresis, group) for muscle in self.muscles.values()):
             return self

@@ -132,7 +132,9 @@ class Port:
         if isinstance(value, FunctionType):
             return self.function(value)
         if isinstance(value, BuiltinFunctionType):
-            raise InputError(f"math.{value.__name__} has no counterpart in compiled code")
+            raise InputError(
+                f"math.{value.__name__} has no counterpart in compiled code; use another function"
+            )
         return self.scalar(value) if isinstance(value, float) else value
 
 

@@ -166,13 +166,13 @@ class Worlds:
         for name in _SHARED:
             if not np.array_equal(getattr(model, name), getattr(self._base, name)):
                 raise InputError(
-                    f"world {number} has another {name} than the first: radii, places and rest"
-                    " lengths are the same in all worlds; simulate such rigs one after another"
+                    f"world {number} has another {name} than the first, but radii, places and rest"
+                    " lengths must be the same in all worlds; simulate such rigs one after another"
                 )
         if model.opt.noslip_iterations != self._base.opt.noslip_iterations:
             raise InputError(
-                f"world {number} has dry friction of another kind than the first: a friction_speed"
-                " in all worlds or in none; simulate such rigs in two calls"
+                f"world {number} has another form of dry friction than the first; give a"
+                " friction_speed to all worlds or to none, or simulate them in two calls"
             )
         _check_laws(model.actuator_user, self._precision)
         if _falls(model) and not _falls(self._base):

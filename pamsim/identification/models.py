@@ -70,7 +70,7 @@ class ModelSet:
                 raise InputError(f"`{argument}` = {orders}: give three whole numbers, as (2, 2, 1)")
         for argument, count in (("zeros", self.zeros), ("integrators", self.integrators)):
             if count and self.order is None:
-                raise InputError(f"`{argument}` needs `order`: that of the model that has them")
+                raise InputError(f"`{argument}` needs `order`; give the order of the model")
 
     @property
     def delays(self) -> tuple[bool, ...]:

@@ -114,7 +114,7 @@ def plain_trials(
     )
     if hold is None:
         names = ", ".join(sorted(held)) or "no column"
-        notes.append(f"{path.name}: assumed to be held from row to row: {names}")
+        notes.append(f"{path.name}: assumed constant from each row to the next: {names}")
     trials = _between_gaps(whole)
     if len(trials) > 1:
         notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")

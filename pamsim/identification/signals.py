@@ -139,8 +139,8 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
     units = {table.units[name] for table in tables for _, name in terms}
     if len(units) > 1:
         raise InputError(
-            f"{text!r} adds {' and '.join(sorted(one.unit for one in units))}; use columns of"
-            " one unit"
+            f"{text!r} combines {' and '.join(sorted(one.unit for one in units))}; use columns"
+            " of one unit"
         )
     return Signal(text=text, terms=tuple(terms), **vars(units.pop()))
 
@@ -202,6 +202,10 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     named = first or [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
     if named and len(named) <= 2:
         return "-".join(named)
+    if len(have) == 1:
+        raise InputError(
+            f"no column but {have[0]}: a model needs an input; record the command or the pressures"
+        )
     raise InputError(
         f"no column is known as the command: give `input`, a column or a difference as in p1-p2,"
         f" and `output` unless it is angle_deg; columns: {', '.join(have)}"

@@ -134,7 +134,9 @@ def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
     # Helmert's contrasts: r - 1 independent series with the noise of the r repeats.
     contrasts = [c for runs in protocols if len(runs) > 1 for c in _helmert(len(runs)) @ runs]
     if not contrasts:
-        raise InputError("no protocol was repeated, so repeats do not show the noise")
+        raise InputError(
+            "no protocol was repeated, so the noise is not known; record one twice or more"
+        )
     return fit_ar_noise(contrasts)
 
 

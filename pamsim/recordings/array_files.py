@@ -48,8 +48,8 @@ def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
 def _check_unfolded(path: Path, size: int) -> None:
     if size > ARRAY_BYTES:
         raise InputError(
-            f"{path}: its arrays have {size / 2**20:,.0f} MiB, of {ARRAY_BYTES / 2**20:,.0f} that"
-            " are read; cut it into several files, or leave out columns"
+            f"{path}: its arrays have {size / 2**20:,.0f} MiB, above the limit of"
+            f" {ARRAY_BYTES / 2**20:,.0f}; cut it into several files, or leave out columns"
         )
 
 

@@ -170,8 +170,8 @@ def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
         if match := re.fullmatch(_SPELLINGS.get(fixed, ""), name):
             muscle = next((group for group in match.groups() if group and group.isdigit()), "1")
             raise InputError(
-                f"{where} is not of this format, whose unit is in the name: convert it if need be"
-                f" and name it {fixed.format(muscle)!r}"
+                f"{where} is not known; convert it if it has another unit, and name it"
+                f" {fixed.format(muscle)!r}"
             )
     known = {fixed.format(muscle) for fixed in names for muscle in ("1", "2")}
     if difflib.get_close_matches(name, known, n=1, cutoff=_CLOSE):

@@ -146,8 +146,8 @@ def _check_values(drives: Drive, value: FloatArray, start: FloatArray) -> None:
     pressures = np.append(start, value[:, kinds == "pressure_set"])
     if np.any(pressures < 0.0):
         raise InputError(
-            f"pressure {pressures.min() / 1e3:g} kPa is negative; pressures are gauge, 0 is the"
-            " atmosphere, and the rig has no vacuum"
+            f"pressure {pressures.min() / 1e3:g} kPa is negative; give 0 or more: pressures are"
+            " gauge, 0 is the atmosphere, and the rig has no vacuum"
         )
     # A sensor at a vented muscle may read a little below the atmosphere, but never a vacuum.
     readings = value[:, kinds == "measured"]

@@ -118,7 +118,7 @@ def _quantity(
         known = {**known, "unit": Entry(default="1")}
     stated = check_table(table, known, where)
     if stated["absolute"] and si_unit != "Pa":
-        raise InputError(f"{where}: only pressures are absolute or gauge")
+        raise InputError(f"{where}: `absolute` is for pressures only; leave it out")
     factor, of_factor = number_and_unit(stated["times"], where=f"{where}: times")
     unit = f"{stated['unit']}*({of_factor})" if of_factor else stated["unit"]
     per_unit = to_si(1.0, unit, si_unit, where=where) * shown * factor

@@ -167,7 +167,7 @@ def _index(path: Path) -> Mapping[str, Any]:
     except FileNotFoundError:
         raise InputError(
             f"no recording at {path.parent if path.name == INDEX else path}: give a folder with"
-            f" {INDEX}, or that file"
+            f" {INDEX}, as `pamsim import LOG --rig RIG --out FOLDER` writes it"
         ) from None
     if not isinstance(index["trial"], list) or not index["trial"]:
         raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg")

@@ -92,7 +92,7 @@ def spans_of(pairs: list[Any], where: str) -> list[tuple[float, float]]:
     for begin, end in spans:
         if begin >= end:
             raise InputError(
-                f"{where}: {begin:g} to {end:g} s is no span; the later time comes last"
+                f"{where}: a segment from {begin:g} to {end:g} s; write the earlier time first"
             )
     return spans
 

@@ -255,7 +255,7 @@ class Drive:
         count = len(self.muscles)
         if not self.names and count != len(muscles):
             raise InputError(
-                f"{where} has {len(muscles)} muscles ({', '.join(muscles)}), the drive is of"
+                f"{where} has {len(muscles)} muscles ({', '.join(muscles)}), the drive has"
                 f" {count}: give a number for each, in this order"
             )
         names = self.names or tuple(muscles)

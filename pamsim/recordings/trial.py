@@ -164,8 +164,8 @@ def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
     order = replace(trial.drives, names=own or trial.drives.names).order(names.muscles, where)
     if not own and order != sorted(order):
         raise InputError(
-            f"{trial.name!r}: columns by number are in the order of rig {rig!r}, {have}; name the"
-            " muscles in that order in the drive"
+            f"{trial.name!r}: numbered columns are in the order of the muscles of rig {rig!r};"
+            f" write the drive in the same order: {have}"
         )
     return order
 

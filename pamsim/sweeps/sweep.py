@@ -58,7 +58,10 @@ def sweep(
     began = time.perf_counter()
     plan = study if isinstance(study, Study) else read_study(study)
     if executor is not None and threads is not None:
-        raise InputError("`threads` is for this process; an executor has workers of its own")
+        raise InputError(
+            "`threads` and `executor` exclude each other, for an executor has workers of its own;"
+            " leave one out"
+        )
     if threads is not None and threads < 1:
         raise InputError(f"`threads` is {threads}; give 1 or more")
     folder, job, size = Path(out), plan.job, _runs_in_block(plan)

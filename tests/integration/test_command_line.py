@@ -42,7 +42,7 @@ BAD_INPUT = (
     ("step --rig mas21_arm --pressure 1,0", "did you mean 'mas20_arm'"),
     ("step --pressure 4.87barr,0", "'barr' is not known"),
     ("step --pressure 4kg,0", "does not measure"),
-    ("step --pressure -5,0", "-5 kPa is negative"),
+    ("step --pressure -5,0", "-5 kPa is negative; give 0 or more"),
     ("step --pressure 300,0 --integrator RK4", "RK4 evaluates the muscles"),
     ("step --valve nan,0 --start 1bar,1bar", "nan at entry 0"),
     ("step --valve 2,0 --start 1bar,1bar", "outside [-1, 1]"),
@@ -51,7 +51,11 @@ BAD_INPUT = (
     ("step --pressure 300,300", "nothing changes: give the pressures before the step, by --start"),
     ("step --pressure 487,0 --start 300", "--start has 1 pressures for 2 muscles"),
     ("import x.csv --rig mas20_arm --out o --segments nan:1", "write BEGIN:END,BEGIN:END"),
-    ("step --pressure 300", "has 2 muscles (muscle_1, muscle_2), the drive is of 1"),
+    ("step --pressure 300", "has 2 muscles (muscle_1, muscle_2), the drive has 1: give"),
+    ("step --pressure 400 100", "unexpected extra argument (100): values of a list are joined by"),
+    ("hide frictoin --out o", "did you mean 'braid_friction' or 'coulomb_friction' or"),
+    ("list effects frictoin", "or 'coulomb_friction'"),
+    ("diagnose nowhere --out o", "no data at nowhere: give the folder of a recording, as `pamsim"),
     ("hide coulomb_friction", "missing --out ("),
     ("sweep", "missing argument 'STUDY'; `pamsim sweep --help`"),
     ("import log.csv", "missing --rig (Shipped rig or rig folder that the logs are of), --out ("),
@@ -82,6 +86,22 @@ def test_bad_input_is_one_clear_line_and_exit_2(run):
         assert "Traceback" not in err + out
         (shown,) = err.splitlines()
         assert shown.startswith("pamsim: error: ")
+
+
+def test_a_log_in_place_of_a_recording_is_refused_with_what_to_type(run, tmp_path):
+    log, empty = tmp_path / "log.csv", tmp_path / "empty"
+    log.write_text("time_s,angle_deg\n" + "".join(f"{0.1 * i:.1f},{i}\n" for i in range(20)))
+    empty.mkdir()
+    for words, expected in (
+        (("diagnose", log), f"pamsim import {log} --rig RIG --out data"),
+        (("check", log), f"pamsim import {log} --rig RIG --out data"),
+        (("diagnose", empty), "as `pamsim import LOG --rig RIG --out FOLDER` writes it"),
+        (("identify", log), "no column but angle_deg: a model needs an input"),
+        (("fit", log), "give --model, one of `pamsim list models`"),
+    ):
+        code, _, err = run(*words)
+        assert (code, err.count("\n")) == (2, 1), err
+        assert expected in err
 
 
 def test_a_broken_rig_is_one_clear_line_and_exit_2(broken_rig, run):

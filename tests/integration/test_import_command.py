@@ -77,7 +77,7 @@ def test_units_signs_and_absolute_pressures_arrive_in_si(imported, tmp_path):
         # Nothing says which way phi counts, but the muscles pull against it.
         np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, atol=1e-9)
         (phi,) = (one for one in found.columns if one.column == "phi")
-        assert any("sign turned" in warning for warning in phi.warnings)
+        assert any("sign reversed" in warning for warning in phi.warnings)
         assert set(found.unused) == {"battery"}
         log = f"run_7{suffix}"
         copy, given = tmp_path / suffix / "data" / log, tmp_path / suffix / log
@@ -146,7 +146,7 @@ def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(rig,
     assert code == 0
     for words in (
         "is flexor.pressure in psi, absolute",
-        "not sure: phi: unit deg by its size; sign turned",
+        "not sure: phi: unit deg by its size; sign reversed",
         "not used, name not known: battery",
     ):
         assert words in shown

@@ -186,7 +186,7 @@ MENU: dict[str, Protocol] = {
         *PROTOCOLS.values(),
         Protocol(
             name="shut_hold",
-            shows="what leaves a chamber whose valves are shut",
+            shows="leaks, as the pressure that a chamber loses while its valves are shut",
             command="valve",
             drive=_shut_hold,
         ),

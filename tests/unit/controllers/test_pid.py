@@ -185,7 +185,7 @@ def test_what_is_no_pid_and_no_schedule_is_refused(found, schedule):
         imc_gains(MODEL, closed_loop_time=0.0)
     with refused("closed-loop"):
         imc_gains_of_fit(found.models[0].fit, closed_loop_time=-0.1)
-    with refused("places"):
+    with refused("values for"):
         GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, at=(0.0,))
     late = {"tracking_time": 0.5 * PERIOD}
     for made, bad, word in (

@@ -164,7 +164,7 @@ def test_what_does_not_run_is_refused(monkeypatch):
     second = slipping.with_parameters({"muscle_2:hysteresis.elements": 5})
     approaching = dataclasses.replace(step(), approach=0.05)
     for jobs, options, message in (
-        ([(RIG, step()), (smooth, step())], {}, "world 1 has dry friction of another kind"),
+        ([(RIG, step()), (smooth, step())], {}, "world 1 has another form of dry friction"),
         ([(first, step()), (second, step())], {}, "job 1 has another number of states"),
         ([(RIG, approaching)], {}, "an approach at rest"),
         ([(RIG, step())], {"precision": "float16"}, "no precision 'float16'"),

@@ -103,7 +103,7 @@ def test_a_bad_expression_is_one_clear_line():
     tables = [table_of(trial()), table_of(trial(name="step_2", measured={"angle": TIME}))]
     bad = {
         "unknown": ("p1_bar", "no column 'p1_bar'; did you mean 'p1_kpa'"),
-        "mixed units": ("p1_kpa-angle_deg", "adds deg and kPa"),
+        "mixed units": ("p1_kpa-angle_deg", "combines deg and kPa"),
         "product": ("p1_kpa*2", "is no signal"),
         "nothing": ("", "is no signal"),
         "trailing": ("p1_kpa-", "is no signal"),

@@ -83,7 +83,7 @@ def test_named_quantities_become_the_columns_of_their_joints_and_muscles(log):
         ("wrong unit", {"unit": "bar"}, "bar"),
         ("sign", {"sign": 2}, "write sign = 1 or -1"),
         ("nan", {"offset": float("nan")}, "finite"),
-        ("absolute", {"absolute": True}, "only pressures"),
+        ("absolute", {"absolute": True}, "for pressures only; leave it out"),
         ("column", {"column": "beta"}, "no column 'beta' for angle (there are: t, a, b, c, d)"),
     ):
         wrong[name] = (CLOCK | {"angle": ANGLE | changed}, words)

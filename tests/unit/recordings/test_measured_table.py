@@ -153,7 +153,7 @@ STATIC_SLIPS = {
         ("column 'Time [s]' is a clock", "pamsim import", "--rig RIG --out data"),
     ),
     "raw log": (GOOD, "t,p1,p2,angle\n0,400,100,30\n", "column 't' is a clock"),
-    "unit": ("p2_kpa", "p2_bar", "column 'p2_bar' is not of this format"),
+    "unit": ("p2_kpa", "p2_bar", "column 'p2_bar' is not known; convert it"),
     "no angle": ("angle_deg", "remark", "no column 'angle_deg'"),
     "Pa": ("400,100", "400000,100", ("line 2: p1_kpa = 400000 is 4000 bar", "Pa by 1000")),
     "negative": ("400,100", "-400,100", "line 2: p1_kpa = -400 is negative"),

@@ -136,7 +136,7 @@ def test_a_drive_for_each_muscle_is_read_as_it_was_written(read, tmp_path, names
         np.testing.assert_allclose(one.command, mixed.command, rtol=1e-8)
     other = SignalNames(joints=names.joints, muscles=names.muscles[::-1])
     if names.short:
-        with refused("in that order"):
+        with refused("in the same order"):
             of_rig(trial, other, "other")
         return
     turned, _ = of_rig(trial, other, "other")

@@ -113,7 +113,7 @@ def test_what_is_not_in_the_log_is_refused():
         "long": ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
         "no length": ({"period": "0 s"}, "no period"),
         "negative": ({"lead_in": "-1 s"}, "0 s or more"),
-        "backwards": ({"segments": [[5, 4]]}, "the later time comes last"),
+        "backwards": ({"segments": [[5, 4]]}, "write the earlier time first"),
         "no pair": ({"segments": [[5]]}, "pairs of times"),
         "beyond": ({"segments": [[8, 12]]}, "ends at 10 s"),
         "few rows": ({"segments": [[5, 5.02]]}, "has 2 rows"),

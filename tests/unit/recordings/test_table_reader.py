@@ -48,9 +48,9 @@ def test_a_format_selects_its_columns_under_their_own_names(columns):
     with refused("no column 'p1_kpa', at rest", "there are: time_s, angle_deg, p12_kpa, remark"):
         found.require("p1_kpa", ", at rest")
     bad = {
-        "capitals": ("P1_kPa", "convert it if need be and name it 'p1_kpa'"),
+        "capitals": ("P1_kPa", "convert it if it has another unit, and name it 'p1_kpa'"),
         "unit": ("p3_set_bar", "name it 'p3_set_kpa'"),
-        "number": ("p1000000000_kpa", "is not of this format"),
+        "number": ("p1000000000_kpa", "is not known; convert it"),
         "milliseconds": ("t_ms", "name it 'time_s'"),
         "slip": ("tmie_s", "did you mean 'time_s'"),
         "twice": ("beta_deg", "is there twice; keep one"),

@@ -147,7 +147,7 @@ def following():
     return NextExperiment(
         advice="shut the valves",
         protocol="shut_hold",
-        shows="what leaves a chamber whose valves are shut",
+        shows="leaks, as the pressure that a chamber loses while its valves are shut",
         between=("air_leak", "supply_sag"),
         before=0.3,
         after=7.1,
