@@ -231,7 +231,7 @@ def headline(result: Mapping[str, Any]) -> str:
         return f"Missing: {' and '.join(one['certain_words'] for one in result['effects'])}"
     if result["remainder"]:
         shape = ", but its shape is learned" if result["learned"] else ""
-        return f"No effect tried explains the gap in {' and '.join(result['remainder'])}{shape}"
+        return f"No effect tried explains the gap in {', '.join(result['remainder'])}{shape}"
     if result["verdict"] == "undecided":
         return "Undecided: without repeats, what is left may be noise or a missing effect"
     return "No gap: nothing is missing that these data can show"

@@ -140,7 +140,7 @@ class EffectEntry:
             case "place":
                 return f"something at {self.place}"
             case _:
-                return f"something in {' and '.join(self.links)}"
+                return f"something in {', '.join(self.links)}"
 
     @json_property
     def sentence(self) -> str:

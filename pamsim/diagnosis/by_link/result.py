@@ -325,7 +325,7 @@ class LinkReport:
             cells = "".join(f"{'-' if v is None else f'{v:.4g}':>10s}" for v in numbers)
             lines.append(f"{f'{channel} [{gap.unit}]':28s}{cells}")
         for one in self.effects:
-            share = f"{100.0 * one.share:.0f} % of the gap in {' and '.join(one.links)}"
+            share = f"{100.0 * one.share:.0f} % of the gap in {', '.join(one.links)}"
             lines.append(f"{one.effect}: {share}")
             for name, size in one.sizes.items():
                 low, high = size.interval95

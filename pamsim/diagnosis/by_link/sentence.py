@@ -32,7 +32,7 @@ def verdict_sentence(result: LinkReport) -> str:
     sentences = [one.sentence for one in result.effects]
     left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
     if result.undecided:
-        where = " and ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
+        where = ", ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
         sentences.append(
             f"{'' if sentences else 'No effect tried is certain. '}The misfit exceeds the noise"
             f" estimate; excess over its variance: {where}. Without repeats it may be slow noise"
@@ -52,10 +52,10 @@ def verdict_sentence(result: LinkReport) -> str:
         )
     if left and sentences:
         more = "Something more" if any(one.level for one in result.effects) else "Something"
-        sentences.append(f"{more} is missing in {' and '.join(left)}.")
+        sentences.append(f"{more} is missing in {', '.join(left)}.")
     elif left:
         sentences.append(
-            f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
+            f"Unexplained: something is missing in {', '.join(left)} that no effect tried"
             " explains."
         )
     suspicions = [one.sentence for one in result.suspected]
@@ -85,7 +85,7 @@ def _learned(result: LinkReport) -> list[str]:
         for one in result.learned
     )
     return [
-        f"Without a name: in {' and '.join(first.links)} {first.before - 1.0:.2g} of the noise"
+        f"Without a name: in {', '.join(first.links)} {first.before - 1.0:.2g} of the noise"
         f" variance is left, {max(first.after - 1.0, 0.0):.2g} with {curves}."
     ]
 
