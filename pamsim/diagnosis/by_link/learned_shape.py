@@ -21,7 +21,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.links import Link
+from pamsim.comparison.links import JOINT, MUSCLE, Link
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.joint_curves import joint_places
 from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
@@ -46,6 +46,14 @@ _TYPICAL = {
 }
 """Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
 arm, or the area [m^2] on which 3 bar make that force."""
+_PART = {
+    Kind.POSITION: JOINT,
+    Kind.RATE: JOINT,
+    Kind.PRESSED: MUSCLE,
+    Kind.UNPRESSED: MUSCLE,
+}
+"""Part of the chain in which a kind of curve acts."""
+
 _FARTHEST, _MOST = 20.0, 400.0
 """What a fit begins with at most, since promises are of first order, and the largest value that is
 sought, in typical ones."""
@@ -106,7 +114,8 @@ def learned_shape(
         return None
     with_ends = rig.with_parameters(_ends(places, possible))
     simulator, units = links_of(with_ends)
-    links = frozenset(links)
+    # All of them, since a curve that explains one link may spoil another.
+    behind = _holding({MUSCLE, JOINT}, simulator.links)
     fitter = LinkFitter(simulator, nuisance, units)
     own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
     # Nuisance parameters have stood in for what is left: fits with curves begin as the rig states.
@@ -123,24 +132,23 @@ def learned_shape(
         return *begin.effects, *(shapes[kind] for kind in kinds)
 
     # One curve first: where it leaves something, two must predict better.
-    for offers in _promised(fitter, begin, shapes, links):
+    for offers in _promised(fitter, begin, shapes, behind):
         fits = [
             (fit, kinds, start)
             for kinds, start in offers
-            if (fit := as_stated.fit(begin, with_curves(kinds), start, links)) is not None
+            if (fit := as_stated.fit(begin, with_curves(kinds), start, behind)) is not None
         ]
         if not fits:
             break
         nearest, kinds, start = min(fits, key=lambda one: one[0].criterion)
-        something_left = True
+        fit, something_left = nearest, True
         for one in (as_stated, fitter):
-            again = one is fitter
-            fit = one.fit(begin, with_curves(kinds), start, links) if again else nearest
-            better = None if fit is None else unseen.better(fit, best, links)
+            if one is fitter:
+                fit = one.fit(begin, with_curves(kinds), start, behind)
+            better = None if fit is None else unseen.better(fit, best, behind)
             if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
                 used, best, found, learned_over = one, fit, found or better, kinds
-            left = unseen.remainders(best)
-            something_left = any(left[link].counts for link in links)
+            something_left = any(unseen.remainders(best)[link].counts for link in behind)
             if not something_left:
                 break
         if learned_over != kinds or not something_left:
@@ -149,20 +157,26 @@ def learned_shape(
         return None
     names = {p.name for kind in learned_over for p in shapes[kind].parameters}
     controls = {name: value for name, value in best.values.items() if name in names}
-    before, after = (_mean(unseen, m, links) for m in (rest, best))
+    seen = _holding({_PART[kind] for kind in learned_over}, simulator.links)
+    before, after = (_mean(unseen, m, seen) for m in (rest, best))
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
     return LearnedShape(
         curves=tuple(
             curve for place in places for curve in place.curves(learned_over, controls, errors)
         ),
-        links=tuple(sorted(links, key=lambda link: link.order)),
+        links=tuple(sorted(seen, key=lambda link: link.order)),
         model=best,
         values=_ends(places, learned_over) | controls,
         before=before,
         after=after,
         p_value=found.p_value,
     )
+
+
+def _holding(parts: Collection[str], links: Sequence[Link]) -> frozenset[Link]:
+    """Links that hold one of these parts of the chain."""
+    return frozenset(link for link in links if set(parts) & set(link.parts))
 
 
 def _ends(places: Sequence[Place], kinds: Collection[Kind]) -> dict[str, float]:
@@ -174,7 +188,7 @@ def _effect(places: Sequence[Place], kind: Kind) -> Effect:
     typical = _TYPICAL[kind]
     return Effect(
         name=f"learned_{kind.name.lower()}",
-        link="muscle" if kind in (Kind.PRESSED, Kind.UNPRESSED) else "joint",
+        link="muscle" if _PART[kind] == MUSCLE else "joint",
         family="unnamed",
         missing=kind,
         look_alikes=(),

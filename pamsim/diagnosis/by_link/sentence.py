@@ -55,8 +55,7 @@ def verdict_sentence(result: LinkReport) -> str:
         sentences.append(f"{more} is missing in {', '.join(left)}.")
     elif left:
         sentences.append(
-            f"Unexplained: something is missing in {', '.join(left)} that no effect tried"
-            " explains."
+            f"Unexplained: something is missing in {', '.join(left)} that no effect tried explains."
         )
     suspicions = [one.sentence for one in result.suspected]
     return " ".join([*sentences, *suspicions, *_learned(result)])
