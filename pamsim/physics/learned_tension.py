@@ -108,8 +108,8 @@ def learned_work(learned: LearnedTension, contraction: float) -> float:
     )
 
 
-def learned_slopes(learned: LearnedTension, contraction: float) -> tuple[float, float]:
-    """Slopes by contraction of area [m^2] and tension without pressure [N], for a search."""
+def learned_derivatives(learned: LearnedTension, contraction: float) -> tuple[float, float]:
+    """Derivatives by contraction of area [m^2] and tension without pressure [N], for a search."""
     ahead = contraction + _STEP
     area = learned_area(learned, ahead) - learned_area(learned, contraction)
     return area / _STEP, (learned_pull(learned, ahead) - learned_pull(learned, contraction)) / _STEP

@@ -25,7 +25,7 @@ from pamsim.physics.learned_tension import (
     learned_area,
     learned_gain,
     learned_pull,
-    learned_slopes,
+    learned_derivatives,
     learned_work,
     learns_tension,
 )
@@ -175,7 +175,7 @@ def _gain_and_work(
     if learns_tension(m.learned_tension):
         learned = m.learned_tension
         area, swept = learned_area(learned, contraction), learned_gain(learned, contraction)
-        area_slope, pull_slope = learned_slopes(learned, contraction)
+        area_slope, pull_slope = learned_derivatives(learned, contraction)
         gain, per_pressure = gain + swept, per_pressure + area
         work += pressure * swept + learned_work(learned, contraction)
         force += pressure * area + learned_pull(learned, contraction)

@@ -10,7 +10,7 @@ from pamsim.physics.learned_tension import (
     learned_area,
     learned_gain,
     learned_pull,
-    learned_slopes,
+    learned_derivatives,
     learned_work,
     learns_tension,
 )
@@ -37,7 +37,7 @@ def test_each_curve_is_scipy_s_spline_and_stays_at_its_ends():
     assert learned_pull(LEARNED, 0.3) == pytest.approx(PULLS[-1])
 
 
-def test_integrals_and_slopes_are_those_of_the_curves():
+def test_integrals_and_derivatives_are_those_of_the_curves():
     step = 1e-5
     for kappa in np.linspace(-0.1, 0.2, 31).tolist():
         gained = learned_gain(LEARNED, kappa + step) - learned_gain(LEARNED, kappa - step)
@@ -46,8 +46,8 @@ def test_integrals_and_slopes_are_those_of_the_curves():
         assert worked / (2.0 * step) == pytest.approx(learned_pull(LEARNED, kappa), abs=1e-2)
         pulled = learned_pull(LEARNED, kappa + step) - learned_pull(LEARNED, kappa - step)
         if -0.019 < kappa < 0.119:  # at the ends they bend
-            slopes = learned_slopes(LEARNED, kappa)
-            assert slopes[1] == pytest.approx(pulled / (2.0 * step), rel=1e-2, abs=1.0)
+            derivatives = learned_derivatives(LEARNED, kappa)
+            assert derivatives[1] == pytest.approx(pulled / (2.0 * step), rel=1e-2, abs=1.0)
     assert learned_gain(LEARNED, 0.0) == 0.0
 
 
