@@ -23,9 +23,9 @@ from pamsim.physics.chosen_law import (
 from pamsim.physics.force_laws.force_law import GAUSS
 from pamsim.physics.learned_tension import (
     learned_area,
+    learned_derivatives,
     learned_gain,
     learned_pull,
-    learned_derivatives,
     learned_work,
     learns_tension,
 )

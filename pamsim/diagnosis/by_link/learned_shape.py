@@ -105,7 +105,7 @@ def learned_shape(
         seed: random seed of the sign flips.
 
     Returns:
-        The curves; None where they predict no better, or none can be told from others.
+        The curves; None where they predict no better, or no joint or muscle can have one.
     """
     muscles = muscle_place(rig, trials)
     places: list[Place] = [*joint_places(rig, trials), *([muscles] if muscles else [])]

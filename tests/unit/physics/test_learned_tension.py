@@ -8,9 +8,9 @@ from pamsim.physics.learned_tension import (
     POINTS,
     LearnedTension,
     learned_area,
+    learned_derivatives,
     learned_gain,
     learned_pull,
-    learned_derivatives,
     learned_work,
     learns_tension,
 )
