@@ -2,8 +2,9 @@
 
     python scripts/pages_in_browser.py [--pages out/pages] [--pictures FOLDER] [--json FILE]
 
-Needs Chromium, and ``pip install playwright axe-playwright-python``. Commands that write pages run
-into one folder, unless it is there; then each page is shown 1280 and 390 px wide, light and dark.
+Needs Chromium, and ``pip install pyarrow playwright axe-playwright-python``. Commands that write
+pages run into one folder, unless it is there; then each page is shown 1280 and 390 px wide, light
+and dark.
 In the record are, for each: how far the page is wider than the window [px], elements whose content
 is cut off at their edge without a way to scroll, and what axe-core finds; and for each page its
 figures, as PNG and as SVG. Exits 1 if anything is cut off or found.
