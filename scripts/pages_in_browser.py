@@ -2,8 +2,9 @@
 
     python scripts/pages_in_browser.py [--pages out/pages] [--pictures FOLDER] [--json FILE]
 
-Needs Chromium, and ``pip install playwright axe-playwright-python``. Commands that write pages run
-into one folder, unless it is there; then each page is shown 1280 and 390 px wide, light and dark.
+Needs Chromium, and ``pip install pyarrow playwright axe-playwright-python``. Commands that write
+pages run into one folder, unless it is there; then each page is shown 1280 and 390 px wide, light
+and dark, all that folds open.
 In the record are, for each: how far the page is wider than the window [px], elements whose content
 is cut off at their edge without a way to scroll, and what axe-core finds; and for each page its
 figures, as PNG and as SVG. Exits 1 if anything is cut off or found.
@@ -66,6 +67,7 @@ CUT = """() => [...document.querySelectorAll('body *')].filter(each => {
   const hides = ['hidden', 'clip'].includes(style.overflowX);
   return hides && each.scrollWidth > each.clientWidth + 1 && each.clientWidth > 1;
 }).map(each => each.tagName + '.' + each.className)"""
+UNFOLD = "() => document.querySelectorAll('details').forEach(each => { each.open = true; })"
 WIDER = "() => document.documentElement.scrollWidth - window.innerWidth"
 
 
@@ -89,6 +91,7 @@ def seen(page: Page, file: Path, width: int, scheme: Any) -> dict[str, Any]:
     page.emulate_media(color_scheme=scheme)
     page.goto(file.resolve().as_uri())
     page.wait_for_load_state("load")
+    page.evaluate(UNFOLD)
     broken = Axe().run(page).response["violations"]
     return {
         "width_px": width,

@@ -134,8 +134,7 @@ def command(
         }
     )
     save_json(json_file, result)
-    muscles = recording.names.named_muscles or [f"muscle {i + 1}" for i in range(len(tension))]
-    for muscle, p, f in zip(muscles, reached, tension, strict=True):
+    for muscle, p, f in zip(loaded.muscles, reached, tension, strict=True):
         click.echo(f"{muscle}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
         from pamsim.report.step_figure import write_step

@@ -17,7 +17,7 @@ is imposed. Joints that the rig does not record move freely.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from pamsim.engine.rig import Rig
@@ -40,6 +40,11 @@ _NAMES = {
     (MUSCLE, JOINT): "muscle and joint",
     PARTS: "whole chain",
 }
+
+
+def in_links(names: Iterable[str]) -> str:
+    """Such as ``in muscle, and in muscle and joint``: a name of a link may hold an *and* itself."""
+    return ", and ".join(f"in {name}" for name in names)
 
 
 @dataclass(frozen=True)

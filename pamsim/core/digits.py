@@ -1,4 +1,4 @@
-"""How many digits of a number its interval lets one write."""
+"""How many digits of a number may be written: of a value with its interval, of a p-value."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 FEWEST_DIGITS = 3  # of a fitted number; fewer would hide how wide its interval is
+SMALLEST_P = 1e-4  # below it no data are as normal, and no permutations as many, as p would need
 
 
 def significant_digits(value: float, interval: Sequence[float] | None) -> int:
@@ -20,3 +21,8 @@ def significant_digits(value: float, interval: Sequence[float] | None) -> int:
     if not math.isfinite(largest + half_width):
         return FEWEST_DIGITS
     return max(FEWEST_DIGITS, 2 + math.floor(math.log10(largest / half_width)))
+
+
+def p_in_words(p_value: float) -> str:
+    """Two digits, such as ``p = 0.013``; a p-value too small for its assumptions is a bound."""
+    return f"p = {p_value:.2g}" if p_value >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.computation import Progress
+from pamsim.core.digits import p_in_words
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.units import PA_PER_KPA, FloatArray
@@ -224,8 +225,8 @@ def _notes(law: ForceLaw, table: ForceMap, braid: Braid, fit: CurveFit) -> list[
                 f" {shown}"
             )
     notes += [
-        f"points of one {group} share an error, of the law or of a reading (p = {p_value:.2g} that"
-        " they do not): the intervals allow for it"
+        f"points of one {group} share an error, of the law or of a reading"
+        f" ({p_in_words(p_value)}): the intervals allow for it"
         for group, p_value in fit.shared.items()
     ]
     return notes

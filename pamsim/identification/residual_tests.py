@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import scipy.special
 
+from pamsim.core.digits import p_in_words
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -59,7 +60,7 @@ class RegressorTest:
     @property
     def shown(self) -> str:
         """The p-value in words."""
-        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
+        return p_in_words(self.p_value)
 
 
 @dataclass(frozen=True, kw_only=True)

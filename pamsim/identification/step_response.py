@@ -245,5 +245,6 @@ def _as_lags(model: IdentifiedModel) -> tuple[str, str]:
         status = "non_positive_pole"
         why = "a pole <= 0 alternates from sample to sample: no lag does that (often noise)"
     else:
-        return "lags", f"poles {shown} are those of {len(poles)} sampled lag(s)"
+        lags = "one first-order lag" if len(poles) == 1 else f"{len(poles)} first-order lags"
+        return "lags", f"pole{'s' * (len(poles) > 1)} {shown}: {lags}, sampled"
     return status, f"poles {shown}: {why}"

@@ -56,8 +56,18 @@ def model_title(name: str) -> str:
     if kind in ("arx", "oe"):
         return f"{kind.upper()} {orders.replace('_', ',')}"
     text = words(name).replace(" dead time of ", " dead time of input ")
-    text = re.sub(r"(?<=zeros )\d(?: \d)+", lambda each: each[0].replace(" ", ", "), text)
+    text = re.sub(r" zeros ((?:\d )*)(\d)(?= |$)", _zeros, text).replace(
+        " any poles", ", any poles"
+    )
     return text.replace(" dead time", " with dead time").replace(" drift", ", output drifts")
+
+
+def _zeros(found: re.Match[str]) -> str:
+    """Zeros of a structure, such as ``, 1 zero``; of each input where there are several."""
+    before, last = found.groups()
+    if before:
+        return f", zeros {before.replace(' ', ', ')}{last}"
+    return f", {last} zero{'' if last == '1' else 's'}"
 
 
 def drawn_trials(trials: Sequence[TrialCurve]) -> list[TrialCurve]:
@@ -84,7 +94,7 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
         upper.plot(trial.time, trial.model, color=VERMILION, linewidth=1.1, label="model")
         off = trial.model - trial.output
         lower.plot(trial.time, off, color=BLUE, linewidth=0.8, label="model − measured")
-        title = f"{words(trial.name)} ({role})"
+        title = f"{trial.name} ({role})"
         finish_axes(upper, y=label("output", unit), title=title, zero=False)
         finish_axes(lower, y=label("difference", unit))
     for ax in panels[-1:] if len(trials) == 1 else panels[-2:]:

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.comparison.links import in_links
 from pamsim.inference.model_comparison import DRAWN
 from pamsim.inference.permutation import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
@@ -93,6 +94,7 @@ def write_link_diagnosis(
         film=None if film is None else inline_image(film.read_bytes(), "gif"),
         filmed=_filmed(comparisons, shown),
         least=_least_p_value(result),
+        in_links=in_links,
         grouped=_grouped,
     )
 
@@ -228,10 +230,10 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
 def headline(result: Mapping[str, Any]) -> str:
     """What was found, in a few words."""
     if result["effects"]:
-        return f"Missing: {' and '.join(one['certain_words'] for one in result['effects'])}"
+        return f"Missing: {' and '.join(words(one['certain_words']) for one in result['effects'])}"
     if result["remainder"]:
         shape = ", but its shape is learned" if result["learned"] else ""
-        return f"No effect tried explains the gap in {', '.join(result['remainder'])}{shape}"
+        return f"No effect tried explains the gap {in_links(result['remainder'])}{shape}"
     if result["verdict"] == "undecided":
         return "Undecided: without repeats, what is left may be noise or a missing effect"
     return "No gap: nothing is missing that these data can show"

@@ -10,10 +10,24 @@ import math
 import re
 from typing import Any
 
-from pamsim.core.digits import FEWEST_DIGITS, significant_digits
+from pamsim.core.digits import FEWEST_DIGITS, SMALLEST_P, significant_digits
 
 NONE = "–"
-_SMALLEST_P = 1e-4  # below it the digits of a permutation test mean nothing
+PEOPLE = {
+    "bouc wen": "Bouc-Wen",
+    "coulomb": "Coulomb",
+    "dahl": "Dahl",
+    "lugre": "LuGre",
+    "maxwell": "Maxwell",
+    "mckibben": "McKibben",
+    "mooney rivlin": "Mooney-Rivlin",
+    "prandtl ishlinskii": "Prandtl-Ishlinskii",
+    "preisach": "Preisach",
+    "stribeck": "Stribeck",
+}
+"""Words of names in the catalogues -> how the people in them are written."""
+
+_PEOPLE = rf"\b(?:{'|'.join(PEOPLE)})\b"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -95,9 +109,9 @@ def p_value(value: Any, least: float = 0.0) -> str:
     One at the ``least`` that so few trials or permutations can give is a bound, too: ``≤ 0.00098``.
     """
     number = number_or_none(value)
-    if number is not None and number < _SMALLEST_P:
-        return f"< {_SMALLEST_P:.4f}"
-    floors = (least, _SMALLEST_P)
+    if number is not None and number < SMALLEST_P:
+        return f"< {SMALLEST_P:.4f}"
+    floors = (least, SMALLEST_P)
     bound = number is not None and any(math.isclose(number, one, rel_tol=1e-9) for one in floors)
     return f"≤ {significant(number, 2)}" if bound else significant(number, 2)
 
@@ -120,14 +134,24 @@ def unit(name: Any) -> str:
 
 
 def words(name: Any) -> str:
-    """Turn an identifier such as ``output_error`` or ``knee.angle`` into words."""
-    return "" if name is None else re.sub(r"_|(?<=\w)\.(?=[a-z])", " ", str(name))
+    """Turn an identifier such as ``output_error``, ``knee.angle`` or ``leak:laminar`` into words.
+
+    What is named after a person gets a capital letter: ``coulomb_friction`` is Coulomb friction.
+    """
+    spaced = "" if name is None else re.sub(r"_|(?<=\w)\.(?=[a-z])", " ", str(name))
+    spaced = re.sub(r"(?<=\w):(?=\w)", ": ", spaced)
+    return re.sub(_PEOPLE, lambda found: PEOPLE[found[0]], spaced)
 
 
 def sentence(text: Any) -> str:
-    """Write a statement as a sentence: a capital first letter and one full stop."""
+    """Write a statement as a sentence: a capital first letter and one full stop.
+
+    A name that comes first stands as it is: ``short/step_1: ...``, ``payload: ...``.
+    """
     stated = "" if text is None else str(text).strip().rstrip(".")
-    return f"{stated[:1].upper()}{stated[1:]}." if stated else ""
+    if re.match(r"[a-z][a-z'-]*[,;]?(?: |$)", stated):
+        stated = f"{stated[:1].upper()}{stated[1:]}"
+    return f"{stated}." if stated else ""
 
 
 def _pretty(text: str) -> str:

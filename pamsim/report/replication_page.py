@@ -56,6 +56,7 @@ def write_replication(
         verdicts=VERDICTS,
         curves=curves,
         sentence=verdict_sentence,
+        counts_in_words=counts_in_words,
         printed_text=printed_text,
         recomputed_text=recomputed_text,
         accepted_text=accepted_text,
@@ -65,15 +66,20 @@ def write_replication(
 def verdict_sentence(result: Mapping[str, Any]) -> str:
     """How many statements came out how, and which papers could not be evaluated."""
     counts = result["counts"]
-    listed = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if verdict not in AGREEING]
-    agreeing = ", ".join(f"{counts[verdict]} {verdict}" for verdict in AGREEING)
-    listed.insert(0, f"{sum(counts[verdict] for verdict in AGREEING)} agree ({agreeing})")
     papers = len(result["papers"])
     text = f"{len(result['claims'])} printed statements of {papers}"
     text += f" paper{'' if papers == 1 else 's'} recomputed, {sum(counts.values())} facts: "
-    text += ", ".join(listed[:-1]) + f" and {listed[-1]}."
+    text += ", ".join(counts_in_words(counts)) + "."
     failed = [PAPERS[failure["paper"]] for failure in result["failures"]]
     return text + (f" Not evaluated: {', '.join(failed)}." if failed else "")
+
+
+def counts_in_words(counts: Mapping[str, int]) -> list[str]:
+    """How many facts agree, and for what reasons the others do not: ``8 not significant``."""
+    agreeing = ", ".join(f"{counts[verdict]} {verdict}" for verdict in AGREEING)
+    agree = f"{sum(counts[verdict] for verdict in AGREEING)} agree ({agreeing})"
+    others = (one for one in VERDICTS if one not in AGREEING and counts[one])
+    return [agree, *(f"{counts[one]} {one}" for one in others)]
 
 
 def printed_text(value: Any) -> str:

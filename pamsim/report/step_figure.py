@@ -53,8 +53,8 @@ def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Pa
         caption=(
             "Step response.",
             "Position of the joints, pressures and tensions of the muscles against time",
-            "Dotted: set points. Overshoot and settling count from the start to the final value;"
-            " settled is within 2 % of that way.",
+            "Dotted: set points. Overshoot is a share of the travel from the start to the final"
+            " value; the response has settled when it stays within 2 % of this travel.",
         ),
     )
 
@@ -77,7 +77,7 @@ def step_figure(recording: Recording) -> Figure:
     signals, muscles = recording.signals(), recording.names.named_muscles
     plot_joints(top, recording, signals, muscles)
     top.set_title(f"load {recording.load:g} kg")
-    plot_pressures(middle, recording, signals, muscles)
+    plot_pressures(middle, recording, signals, muscles, labels=recording.muscles)
     for i, tension in enumerate(recording.tension.T):
         bottom.plot(recording.time, tension, color=series_look(i)[0])
     finish_axes(bottom, y="tension [N]", x="time after the step [s]", zero=False)
@@ -110,18 +110,25 @@ def plot_joints(
 
 
 def plot_pressures(
-    ax: Axes, run: Recording | Trial, signals: Signals, muscles: Sequence[str]
+    ax: Axes,
+    run: Recording | Trial,
+    signals: Signals,
+    muscles: Sequence[str],
+    *,
+    labels: Sequence[str] = (),
 ) -> list[Line2D]:
     """Plot measured pressures, and set points if those were commanded; return the measured.
 
-    The arguments are those of `plot_joints`; a pressure that was not measured is named.
+    The arguments are those of `plot_joints`; a pressure that was not measured is named. The legend
+    names the muscles by ``labels``, or as the channels do.
     """
+    written = labels or muscles
     curves: list[Line2D] = []
     missing: list[str] = []
     drives = run.drives.muscles
     for index, channel in enumerate(muscle_channels("pressure", muscles, len(drives))):
         colour, _ = series_look(index)
-        label = words(muscles[index]) if muscles else f"muscle {index + 1}"
+        label = words(written[index]) if written else f"muscle {index + 1}"
         if drives[index] == "pressure_set":
             look: dict[str, Any] = {"color": colour, "linestyle": ":", "linewidth": 1.1}
             ax.step(run.time, run.command[:, index] / PA_PER_KPA, where="post", **look)

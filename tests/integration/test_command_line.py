@@ -209,6 +209,15 @@ def test_a_bad_option_leaves_no_folder(tmp_path, run):
     assert not (tmp_path / "out").exists()
 
 
+def test_muscles_of_an_own_rig_go_by_their_names(tmp_path, run):
+    folder = tmp_path / "arm"
+    assert run("new-rig", "arm", "--kind", "joint", "--out", folder)[0] == 0
+    step = ("step", "--rig", folder, "--start", "200,200", "--pressure", "300,100")
+    code, out, _ = run(*step, "--duration", "0.1")
+    assert code == 0
+    assert [line.partition(":")[0] for line in out.splitlines()[:2]] == ["flexor", "extensor"]
+
+
 def test_two_runs_do_not_write_one_folder(tmp_path, run):
     log = tmp_path / "log.csv"
     log.write_text("")

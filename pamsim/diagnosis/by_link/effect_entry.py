@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pamsim.comparison.links import in_links
 from pamsim.core.digits import significant_digits
 from pamsim.core.encoding import json_property
 from pamsim.core.units import common_unit, to_si
@@ -140,7 +141,7 @@ class EffectEntry:
             case "place":
                 return f"something at {self.place}"
             case _:
-                return f"something in {', '.join(self.links)}"
+                return f"something {in_links(self.links)}"
 
     @json_property
     def sentence(self) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from scipy.stats import chi2
 
 from pamsim.comparison.compared_signal import Comparison
+from pamsim.comparison.links import in_links
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.core.units import FloatArray
@@ -325,7 +326,7 @@ class LinkReport:
             cells = "".join(f"{'-' if v is None else f'{v:.4g}':>10s}" for v in numbers)
             lines.append(f"{f'{channel} [{gap.unit}]':28s}{cells}")
         for one in self.effects:
-            share = f"{100.0 * one.share:.0f} % of the gap in {', '.join(one.links)}"
+            share = f"{100.0 * one.share:.0f} % of the gap {in_links(one.links)}"
             lines.append(f"{one.effect}: {share}")
             for name, size in one.sizes.items():
                 low, high = size.interval95

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pamsim.comparison.link_noise import Output, OutputNoise
+from pamsim.comparison.links import in_links
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeated_misfit import smallest_p_value
 from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
@@ -52,10 +53,10 @@ def verdict_sentence(result: LinkReport) -> str:
         )
     if left and sentences:
         more = "Something more" if any(one.level for one in result.effects) else "Something"
-        sentences.append(f"{more} is missing in {', '.join(left)}.")
+        sentences.append(f"{more} is missing {in_links(left)}.")
     elif left:
         sentences.append(
-            f"Unexplained: something is missing in {', '.join(left)} that no effect tried explains."
+            f"Unexplained: something is missing {in_links(left)} that no effect tried explains."
         )
     suspicions = [one.sentence for one in result.suspected]
     return " ".join([*sentences, *suspicions, *_learned(result)])
@@ -84,7 +85,7 @@ def _learned(result: LinkReport) -> list[str]:
         for one in result.learned
     )
     return [
-        f"Without a name: in {', '.join(first.links)} {first.before - 1.0:.2g} of the noise"
+        f"Without a name: {in_links(first.links)} {first.before - 1.0:.2g} of the noise"
         f" variance is left, {max(first.after - 1.0, 0.0):.2g} with {curves}."
     ]
 

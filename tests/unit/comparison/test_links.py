@@ -10,6 +10,7 @@ from pamsim.comparison.links import (
     PARTS,
     VALVES,
     Link,
+    in_links,
     joined_runs,
     link_runs,
     whole_run,
@@ -100,6 +101,12 @@ def test_links_are_sorted_from_the_command_on():
     assert names == [
         "valves and air", "muscle", "whole chain", "muscle and joint", "joint and transmission"
     ]  # fmt: skip
+
+
+def test_names_of_several_links_stay_apart_in_a_sentence():
+    assert in_links(["muscle"]) == "in muscle"
+    between = in_links(["muscle and joint", "joint and transmission"])
+    assert between == "in muscle and joint, and in joint and transmission"
 
 
 def test_repeats_have_one_protocol_command_load_and_clock():

@@ -6,7 +6,7 @@ import pytest
 
 import pamsim
 from pamsim.core import units
-from pamsim.core.digits import significant_digits
+from pamsim.core.digits import p_in_words, significant_digits
 from pamsim.core.errors import InputError, ParameterError, SimulationError, nearest
 from pamsim.core.parameters import Sourced
 from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
@@ -166,3 +166,9 @@ def test_a_message_is_one_line_that_can_be_printed():
     assert str(InputError("x.toml: a = 3 is not known")) == "x.toml: a = 3 is not known"
     assert issubclass(ParameterError, InputError)
     assert not issubclass(SimulationError, InputError)
+
+
+def test_a_p_value_too_small_to_mean_its_digits_is_a_bound():
+    assert p_in_words(0.0132) == "p = 0.013"
+    assert p_in_words(1e-4) == "p = 0.0001"
+    assert p_in_words(2e-15) == "p < 0.0001"

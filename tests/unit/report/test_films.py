@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,8 @@ def test_the_legend_of_a_step_lies_above_the_pressures_and_covers_none(recording
     legend = pressures.get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["muscle 1", "muscle 2"]
     assert legend.get_window_extent().y0 > pressures.get_window_extent().y1 - 1.0
+    own = step_figure(replace(recordings[1], muscles=("flexor", "extensor"))).axes[1].get_legend()
+    assert [text.get_text() for text in own.get_texts()] == ["flexor", "extensor"]
 
 
 @pytest.fixture(scope="module")

@@ -180,7 +180,7 @@ def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(re
     }
     source, files = page(bent)
     assert "Best linear model: first order, K = 0.05000" in source
-    assert "It does not describe these records completely: the plant is not linear." in source
+    assert "Not recommended: the plant is not linear." in source
     assert "2 structures, judged by the last third of each trial" in source
     assert "scan.png" in files
 
@@ -208,9 +208,11 @@ def test_words_and_numbers():
         "arx_2_2_1": "ARX 2,2,1",
         "second_order_dead_time": "second order with dead time",
         "order_3_zeros_0_1_any_poles_dead_time_of_2_drift": (
-            "order 3 zeros 0, 1 any poles with dead time of input 2, output drifts"
+            "order 3, zeros 0, 1, any poles with dead time of input 2, output drifts"
         ),
         "first_order_drift": "first order, output drifts",
+        "order_6_zeros_5_any_poles": "order 6, 5 zeros, any poles",
+        "order_4_zeros_1": "order 4, 1 zero",
     }.items():
         assert model_title(name) == title
     assert pole_texts([None, [0.5, 0.0]]) == ["none", "0.500"]

@@ -69,7 +69,7 @@ def test_a_film_waits_to_be_opened(tmp_path):
     page = page_of(VERDICTS["named"], tmp_path, film=film)
     (opened,) = re.findall(r'<details class="film">(.*?)</details>', page, re.DOTALL)
     assert "data:image/gif;base64,R0lGODlhIG9mIGFuIGFybQ==" in opened
-    assert "swing check 2" in opened  # missed by more than the first
+    assert "trial swing_check_2:" in opened  # missed by more than the first
     plain = page_of(VERDICTS["named"], tmp_path)
     assert "<details" not in plain
 
@@ -155,7 +155,7 @@ def test_a_loop_is_drawn_with_its_base_and_what_was_found():
     for wanted in ([300.05, 280.75], [300.1, 279.0], [300.0, 282.5], [300.3, 279.75]):
         assert any(np.allclose(wanted, line) for line in drawn)
     assert any(np.array_equal([0.5, -2.0], line.get_ydata()) for line in below.lines)
-    assert "muscle hysteresis:stop" in labels(above)
+    assert "muscle hysteresis: stop" in labels(above)
     # Where nothing was found the reversible curve stands alone.
     branches |= {"opened_mm": None, "error_mm": [1.0, 2.0]}
     above, below = loop_branches({"effects": [], "branches": branches}).axes

@@ -47,6 +47,8 @@ WRITTEN = (
     (interval(None, 3), ""),
     (interval([0.1, None], 3), ""),
     (words("output_error"), "output error"),
+    (words("coulomb_friction:rigid"), "Coulomb friction: rigid"),
+    (words("bouc_wen"), "Bouc-Wen"),
     (words(None), ""),
     (unit("dm^3/(s*bar)"), "dm³/(s·bar)"),
     (unit("s^-1"), "s⁻¹"),
@@ -63,6 +65,9 @@ WRITTEN = (
     (p_value(None), "–"),
     (sentence("no parameter at a limit"), "No parameter at a limit."),
     (sentence("Done."), "Done."),
+    (sentence("however, no parameter"), "However, no parameter."),
+    (sentence("short/step_1 has no load"), "short/step_1 has no load."),
+    (sentence("payload: no interval"), "payload: no interval."),
     (sentence(None), ""),
 )
 

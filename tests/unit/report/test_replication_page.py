@@ -111,10 +111,12 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
     sentence = verdict_sentence(replication)
     assert sentence == (
         "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent,"
-        " 0 calibrated), 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
-        " 2 not reproducible from printed data. Not evaluated: Nguyen 2024."
+        " 0 calibrated), 1 inconsistent in the paper, 2 not reproducible from printed data."
+        " Not evaluated: Nguyen 2024."
     )
     assert sentence in source
+    summary = source[source.index("<summary>") : source.index("</summary>")]
+    assert "claims, 2 facts: 1 agree (1 independent, 0 calibrated), 1 " in summary
 
 
 def test_every_paper_is_one_details_element_which_is_open_if_it_stands_alone(replication, tmp_path):
