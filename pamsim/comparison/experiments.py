@@ -13,6 +13,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment, pressure_step
@@ -178,7 +179,11 @@ def identity(experiment: Experiment) -> tuple[object, ...]:
 
 
 def as_read(rig: Rig, experiment: Experiment) -> Experiment:
-    """An experiment with the true pressures and motion, given what the rig's sensors read."""
+    """An experiment with the true pressures and motion, given what the rig's sensors read.
+
+    An error of a sensor moves no imposed motion further beyond a joint's stops than these give way:
+    no machine moved it there.
+    """
     if rig.sensor is None:
         return experiment
     true = np.maximum(true_at_rest(experiment.start_pressure, rig.sensor, "pressure"), 0.0)
@@ -188,6 +193,11 @@ def as_read(rig: Rig, experiment: Experiment) -> Experiment:
     value[:, read] = true_at_rest(value[:, read], rig.sensor, "pressure")
     moved = np.isin(kinds, IMPOSED)
     value[:, moved] = true_at_rest(value[:, moved], rig.sensor, "angle")
+    for column, joint in enumerate(experiment.drives.joints, start=len(experiment.drives.muscles)):
+        if moved[column]:
+            reading, (low, high) = experiment.command_value[:, column], passable(rig.model, joint)
+            ends = min(low, reading.min()), max(high, reading.max())  # one beyond them is refused
+            value[:, column] = np.clip(value[:, column], *ends)
     return replace(experiment, start_pressure=true, command_value=value)
 
 
