@@ -56,10 +56,8 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
     Raises:
         InputError: if the start pressure of a muscle was neither measured nor commanded.
     """
-    time, command = trial.time, trial.command
-    if trial.lead_in is not None:
-        time = np.concatenate([trial.lead_in.time, trial.lead_in.duration + time])
-        command = np.concatenate([trial.lead_in.command, command])
+    whole = trial.with_lead_in
+    time, command = whole.time, whole.command
     rate = grid_rate(time) if sample_rate is None else sample_rate
     rows = np.arange(time.size)
     if not any(trial.drives.between):

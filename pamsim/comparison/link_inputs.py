@@ -90,18 +90,23 @@ class LinkInputs:
         pressures: number of the muscle -> (n,) [Pa].
         positions: joint -> (n,) [rad or m].
         noise: joint -> standard deviation that was smoothed away [rad or m].
+        before: the same of the trial's lead-in; None without one, or if it was not measured.
     """
 
     pressures: Mapping[int, FloatArray]
     positions: Mapping[str, FloatArray]
     noise: Mapping[str, float]
+    before: LinkInputs | None = None
 
     def start(self, trial: Trial) -> FloatArray:
-        """Pressures (m,) at which the muscles rest before the trial [Pa]."""
+        """Pressures (m,) at which the muscles rest before the trial, or before its lead-in [Pa]."""
+        if self.before is None:
+            trial = replace(trial, lead_in=None)
         start = start_pressures(trial)
-        if resting_rows(trial) > 1:
+        if trial.lead_in is None and resting_rows(trial) > 1:
             return start
-        for muscle, values in self.pressures.items():
+        first = self if self.before is None else self.before
+        for muscle, values in first.pressures.items():
             start[muscle] = max(values[0], 0.0)
         return start
 
@@ -120,6 +125,23 @@ def inputs_of_runs(rig: Rig, runs: Sequence[tuple[Trial, LinkRun]]) -> dict[str,
 
 def link_inputs(rig: Rig, trial: Trial) -> LinkInputs:
     """The pressures and positions of a trial, measured or imposed, that single links are given."""
+    lead = trial.lead_in
+    if lead is None or trial.measured.keys() - lead.measured.keys():
+        return _smoothed_inputs(rig, trial)
+    whole = _smoothed_inputs(rig, trial.with_lead_in)
+    count = lead.time.size
+    before, own = (
+        replace(
+            whole,
+            pressures={number: values[rows] for number, values in whole.pressures.items()},
+            positions={joint: values[rows] for joint, values in whole.positions.items()},
+        )
+        for rows in (slice(count), slice(count, None))
+    )
+    return replace(own, before=before)
+
+
+def _smoothed_inputs(rig: Rig, trial: Trial) -> LinkInputs:
     pressures: dict[int, FloatArray] = {}
     for muscle, kind in enumerate(trial.drives.muscles):
         channel = trial.pressure_channels[muscle]

@@ -68,36 +68,50 @@ def link_experiment(
     """
     drives, muscles = trial.drives, len(rig.muscles)
     drive: dict[str, str] = {}
-    columns: list[FloatArray] = []
-    for i, (muscle, kind) in enumerate(zip(rig.muscles, drives.muscles, strict=True)):
+    for muscle, kind in zip(rig.muscles, drives.muscles, strict=True):
         drive[muscle] = "measured" if run.pressures else kind
-        columns.append(inputs.pressures[i] if drive[muscle] == "measured" else trial.command[:, i])
     for joint, kind in rig.joints.items():
-        own = list(drives.joints).index(joint) if joint in drives.joints else None
         if joint in run.moved:
             drive[joint] = DRIVES_OF_MOTION[kind]
-            columns.append(inputs.positions[joint])
-        elif own is not None or (joint == run.pulled and torque is not None):
+        elif joint in drives.joints or (joint == run.pulled and torque is not None):
             drive[joint] = EFFORTS[kind]
-            given = np.zeros(trial.time.size) if own is None else trial.command[:, muscles + own]
-            columns.append(given if torque is None else given + torque)
-    driven = replace(trial, drive=drive, command=np.column_stack(columns))
+
+    def driving(given: FloatArray, read: LinkInputs, beyond: FloatArray | None) -> FloatArray:
+        """Columns of what drives it, of those that drive the trial."""
+        columns: list[FloatArray] = []
+        for i, muscle in enumerate(rig.muscles):
+            columns.append(read.pressures[i] if drive[muscle] == "measured" else given[:, i])
+        for joint in (joint for joint in rig.joints if joint in drive):
+            if joint in run.moved:
+                columns.append(read.positions[joint])
+                continue
+            own = list(drives.joints).index(joint) if joint in drives.joints else None
+            effort = np.zeros(len(given)) if own is None else given[:, muscles + own]
+            columns.append(effort if beyond is None else effort + beyond)
+        return np.column_stack(columns)
+
+    driven = replace(trial, drive=drive, command=driving(trial.command, inputs, torque))
     if not (run.pressures or run.moved):
         return driven, with_true_inputs(rig, experiment_of(driven))
-    # Of what a rig did before a trial the commands alone are known.
-    driven = replace(driven, lead_in=None)
-    start = inputs.start(driven)
-    if way is None:
-        experiment = replace(experiment_of(driven), start_pressure=start)
+    lead, before = trial.lead_in, inputs.before
+    if lead is None or before is None or run.pulled:  # by what, before the trial, is not known
+        driven = replace(driven, lead_in=None)
     else:
-        lead = way_as_lead(rig, driven, run, start, way)
-        driven = replace(driven, lead_in=lead)
+        driven = replace(
+            driven, lead_in=replace(lead, command=driving(lead.command, before, None), measured={})
+        )
+    if way is None:
+        own = inputs if driven.lead_in is not None else replace(inputs, before=None)
+        experiment = replace(experiment_of(driven), start_pressure=own.start(trial))
+    else:
+        start = inputs.start(trial)
+        driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
         # All that is imposed runs on between its values, so that samples may be further apart.
         experiment = replace(
             experiment_of(driven, sample_rate=way_rate(trial)),
             start_pressure=start,
             settle=0.0,
-            approach=lead.duration,
+            approach=len(way) / way_rate(trial),
             sample_rate=grid_rate(trial.time),
         )
     return driven, with_true_inputs(rig, experiment)
@@ -163,12 +177,14 @@ def ways_to_rest(
     """
     jobs: list[tuple[Rig, Experiment]] = []
     for trial in trials:
-        start, drives = inputs[trial.name].start(replace(trial, lead_in=None)), trial.drives
+        own, drives = inputs[trial.name], trial.drives
+        start = own.start(trial)
+        first = (trial if own.before is None else trial.with_lead_in).command[0]
         still = replace(drives, muscles=("pressure_set",) * start.size).stated(tuple(rig.muscles))
         alone = Experiment(
             drive=still,
             command_time=np.zeros(1),
-            command_value=np.append(start, trial.command[0, start.size :])[np.newaxis],
+            command_value=np.append(start, first[start.size :])[np.newaxis],
             start_pressure=start,
             duration=_REST,
             sample_rate=way_rate(trial),
@@ -211,6 +227,8 @@ def way_as_lead(
 ) -> TrialLead:
     """The way to rest as what precedes a trial, leading on to where its imposed signals begin.
 
+    Its lead-in, if it has one, comes between the two.
+
     Args:
         rig: the rig.
         trial: as the run drives it, all muscles by measured pressures.
@@ -220,7 +238,8 @@ def way_as_lead(
     """
     count, muscles = len(way), start.size
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
-    command = np.repeat(trial.command[:1], count, axis=0)
+    whole, duration = trial.with_lead_in, count / way_rate(trial)
+    command = np.repeat(whole.command[:1], count, axis=0)
     columns = dict(enumerate(range(muscles)))
     for column, joint in enumerate(trial.drives.joints, start=muscles):
         if joint in run.moved:
@@ -228,9 +247,9 @@ def way_as_lead(
     for column, number in columns.items():
         own = way[:, number]
         command[:, column] = own + share * (command[:, column] - own[-1])
-    return TrialLead(
-        time=np.arange(float(count)) / way_rate(trial),
-        duration=count / way_rate(trial),
-        command=command,
-        start_pressure=start,
-    )
+    time = np.arange(float(count)) / way_rate(trial)
+    if trial.lead_in is not None:
+        time = np.concatenate([time, duration + trial.lead_in.time])
+        command = np.concatenate([command, trial.lead_in.command])
+        duration += trial.lead_in.duration
+    return TrialLead(time=time, duration=duration, command=command, start_pressure=start)

@@ -46,7 +46,8 @@ class Repeats:
             leads = [trial.lead_in for trial in self.trials if trial.lead_in is not None]
             command = np.mean([one.command for one in leads], axis=0)
             start = np.mean([one.start_pressure for one in leads], axis=0)
-            lead = replace(lead, command=command, start_pressure=start)
+            measured = {c: np.mean([o.measured[c] for o in leads], axis=0) for c in lead.measured}
+            lead = replace(lead, command=command, start_pressure=start, measured=measured)
         return replace(
             first,
             lead_in=lead,

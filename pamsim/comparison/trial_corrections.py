@@ -54,8 +54,6 @@ class Correction:
     def applied(self, trial: Trial) -> Trial:
         """A trial as it would be read without the mistake."""
         columns = command_columns(trial.drives, trial.muscle_names)
-        of_channel = {channel: column_of(channel) for channel in trial.measured}
-        read = {column: trial.measured[channel] for channel, column in of_channel.items()}
         lead = trial.lead_in
         if lead is not None:
             starts = map(column_of, trial.pressure_channels)
@@ -66,12 +64,13 @@ class Correction:
                 duration=lead.duration * self.clock,
                 command=self._command(columns, lead.command),
                 start_pressure=np.array([self._corrected(column, start) for column in start]),
+                measured=self._measured(lead.measured),
             )
         return replace(
             trial,
             time=trial.time * self.clock,
             command=self._command(columns, trial.command),
-            measured={channel: self._corrected(c, read) for channel, c in of_channel.items()},
+            measured=self._measured(trial.measured),
             lead_in=lead,
         )
 
@@ -86,6 +85,11 @@ class Correction:
     def _command(self, columns: Sequence[str], values: FloatArray) -> FloatArray:
         own = dict(zip(columns, values.T, strict=True))
         return np.column_stack([self._corrected(column, own) for column in columns])
+
+    def _measured(self, measured: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        of_channel = {channel: column_of(channel) for channel in measured}
+        read = {column: measured[channel] for channel, column in of_channel.items()}
+        return {channel: self._corrected(c, read) for channel, c in of_channel.items()}
 
     def _corrected(self, column: str, values: Mapping[str, FloatArray]) -> FloatArray:
         factor, offset = self.changed.get(column, (1.0, 0.0))

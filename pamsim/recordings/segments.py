@@ -149,6 +149,7 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
             duration=float(time[first] - time[at]),
             command=trial.command[before],
             start_pressure=np.array(start),
+            measured={channel: values[before] for channel, values in trial.measured.items()},
         )
     return replace(
         trial,

@@ -37,6 +37,8 @@ class TrialLead:
     duration: float  # from its first sample to the trial's [s]
     command: FloatArray  # (k, m + j) as that of the trial
     start_pressure: FloatArray  # (m,) first measured gauge pressures [Pa]; NaN where not measured
+    # channel -> (k,) [SI], as those of the trial
+    measured: Mapping[str, FloatArray] = field(default_factory=dict[str, FloatArray])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +86,21 @@ class Trial:
     def muscles(self) -> int:
         """Number of muscles commanded."""
         return len(self.drives.muscles)
+
+    @property
+    def with_lead_in(self) -> Trial:
+        """Lead-in and trial as one, with the channels that were measured in both."""
+        lead = self.lead_in
+        if lead is None:
+            return self
+        both = [name for name in self.measured if name in lead.measured]
+        return replace(
+            self,
+            time=np.concatenate([lead.time, lead.duration + self.time]),
+            command=np.concatenate([lead.command, self.command]),
+            measured={n: np.concatenate([lead.measured[n], self.measured[n]]) for n in both},
+            lead_in=None,
+        )
 
     @property
     def pressure_channels(self) -> tuple[str, ...]:
@@ -137,7 +154,12 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     lead = trial.lead_in
     if lead is not None:
         start = lead.start_pressure[order]
-        lead = replace(lead, command=lead.command[:, columns], start_pressure=start)
+        lead = replace(
+            lead,
+            command=lead.command[:, columns],
+            start_pressure=start,
+            measured={channels[c]: v for c, v in lead.measured.items() if c in channels},
+        )
     in_order = replace(trial.drives, muscles=tuple(trial.drives.muscles[i] for i in order))
     known = ", ".join((*names.joints, *names.muscles))
     notes = (f"{trial.name}: {c} is not used: rig {rig!r} records {known}" for c in left)

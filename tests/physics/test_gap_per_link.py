@@ -10,6 +10,9 @@ from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_gaps import gap_per_link
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.engine.rig import load_rig
+from pamsim.engine.simulate import simulate
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.segments import trials_of as trials_of_log
 from pamsim.recordings.trial import Trial
 from pamsim.twins.hide import hide
 
@@ -72,6 +75,40 @@ def test_without_noise_every_link_is_met_to_a_quarter_of_usual_noise(tmp_path, r
     for (link, _, channel), residual in link_residuals(rig, trials).items():
         noise = usual[channel.split(".")[-1].split("_")[0]]
         assert np.sqrt(np.mean(residual**2)) < 0.25 * noise, link.name
+
+
+@pytest.mark.parametrize("pressures", [False, True])
+def test_a_part_of_a_log_begins_as_its_lead_in_has_left_the_rig(pressures):
+    """Cut out in motion: simulated from rest, the knee would be off by 1 to 7 degrees."""
+    leg = load_rig("equimus_leg")
+    levels = 1e3 * np.array([[6.0, 3.0], [18.0, 8.0], [10.0, 12.0]])  # Pa
+    experiment = Experiment(
+        drive="pressure_set",
+        command_time=0.4 * np.arange(6),
+        command_value=np.tile(levels, (2, 1)),
+        start_pressure=levels[0],
+        duration=2.4,
+        sample_rate=100.0,
+    )
+    run = simulate(leg, experiment)
+    read = leg.names.joint_channels + leg.names.of_muscles("pressure") * pressures
+    log = Trial(
+        name="log",
+        protocol="log",
+        drive="pressure_set",
+        load=0.0,
+        time=run.time,
+        command=np.repeat(experiment.command_value, 40, axis=0)[[*range(240), -1]],
+        measured={channel: run.signal(channel) for channel in read},
+        muscle_names=tuple(leg.muscles),
+    )
+    entry = {"period": None, "segments": [[1.3, 2.3]], "lead_in": "1.2 s", "rate": None}
+    (part,) = trials_of_log(log, entry, "log")
+    residuals = link_residuals(leg, [part])
+    assert len(residuals) == len(read)
+    for (link, _, channel), residual in residuals.items():
+        usual = {"pressure": 400.0, "angle": 9e-4}[channel.rpartition(".")[2]]
+        assert np.sqrt(np.mean(residual**2)) < 0.25 * usual, link.name
 
 
 def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
