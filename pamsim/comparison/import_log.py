@@ -206,6 +206,11 @@ def import_log(
                 f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
                 " time=t:s, or give `rate`"
             )
+        if not clock and wraps:
+            raise InputError(
+                f"{_paths(logs)[0]}: `wraps` {wraps} is of a clock, and by `rate` its rows have"
+                " none; name the clock, such as `columns` time=t:s, or leave `wraps` out"
+            )
         kind = _drive(drive, loaded, [one.quantity for one in guesses], files[0])
         asked = {"rate": rate if clock else "", "period": period, "lead_in": lead_in}
         cut = {key: text for key, text in asked.items() if text}

@@ -252,6 +252,16 @@ def test_a_clock_that_begins_again_runs_on_where_that_is_stated(imported, tmp_pa
         np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
     with refused("`wraps` -1s: it must be above 0 s"):
         imported(again, folder="other", wraps="-1s")
+    for folder, schedule in (("rate", ()), ("rate, scheduled", shut)):
+        with refused("run_7.csv: `wraps` 1s is of a clock, and by `rate` its rows have none"):
+            imported(
+                [FLEXOR, EXTENSOR, ANGLE],
+                columns=BARE,
+                folder=folder,
+                rate="100Hz",
+                wraps="1s",
+                schedule=schedule,
+            )
 
 
 def test_columns_to_ignore_drive_nothing_and_a_stated_unit_holds_for_others_of_its_kind(imported):

@@ -17,6 +17,7 @@ ANGLE, FORCES = 0.3 * TIME, {"force_1": 500.0 * TIME, "force_2": 300.0 + TIME}
 
 def trial(*, time=TIME, command=SET, drive="pressure_set", pressures=READ, **measured):
     """A trial with a lead-in that holds its first row."""
+    read = {**pressures, "angle": ANGLE, **FORCES, **measured}
     return Trial(
         name="a",
         protocol="a",
@@ -24,12 +25,13 @@ def trial(*, time=TIME, command=SET, drive="pressure_set", pressures=READ, **mea
         load=0.0,
         time=time,
         command=command,
-        measured={**pressures, "angle": ANGLE, **FORCES, **measured},
+        measured=read,
         lead_in=TrialLead(
             time=time[:3],
             duration=float(time[3]),
             command=command[:3],
             start_pressure=np.array([pressures["pressure_1"][0], pressures["pressure_2"][0]]),
+            measured={channel: values[:3] for channel, values in read.items()},
         ),
     )
 
@@ -46,6 +48,8 @@ def same(one, other):
     pairs = [(one.time, other.time), (one.command, other.command)]
     pairs += [(one.measured[c], other.measured[c]) for c in one.measured]
     leads = one.lead_in, other.lead_in
+    assert leads[0].measured.keys() == leads[1].measured.keys()
+    pairs += [(values, leads[1].measured[c]) for c, values in leads[0].measured.items()]
     pairs += [tuple(getattr(lead, n) for lead in leads) for n in ("time", "command", "duration")]
     pairs.append(tuple(lead.start_pressure for lead in leads))
     for mine, its in pairs:

@@ -1,6 +1,7 @@
 """Inputs of synthetic recordings: safe at every seed, equal at one seed, different at two."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,6 +121,20 @@ def test_an_encoder_with_errors_is_believed_as_it_reads(bench, tmp_path):
     made = IMPOSED_MOTIONS["stretch"].experiment(bench, 0, 0.5)
     true = as_read(wrong, made).command_value[:, 1]
     np.testing.assert_allclose(1.1 * true + 0.002, made.command_value[:, 1], rtol=1e-12)
+
+
+def test_an_error_of_a_sensor_moves_no_motion_beyond_the_stops(bench):
+    """A rod held at its stop; the stops of 100 mm give way by 10 mm."""
+    off = bench.with_parameters({"sensor.angle_bias": -0.05})
+    made = IMPOSED_MOTIONS["stretch"].experiment(bench, 0, 0.5)
+
+    def held(at):
+        value = np.column_stack([made.command_value[:, 0], np.full(made.command_time.size, at)])
+        return np.unique(as_read(off, replace(made, command_value=value)).command_value[:, 1])
+
+    np.testing.assert_allclose(held(0.01), 0.02, rtol=1e-6)
+    np.testing.assert_allclose(held(-0.08), -0.03, rtol=1e-6)
+    np.testing.assert_allclose(held(0.04), 0.04)  # itself beyond: it stays, to be refused
 
 
 def test_a_joint_without_range_and_a_plant_without_machine_refuse_motion(bench, monkeypatch):
