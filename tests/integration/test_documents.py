@@ -17,8 +17,10 @@ import gymnasium
 import matplotlib.pyplot as plt
 import pytest
 
+import pamsim
 from pamsim.cli.main import cli
 from tests.integration.page_blocks import BLOCK, DOCS, ROOT, run_line
+from tests.unit.core.refusals import refused
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 READMES = list(ROOT.glob("models/*/README.md"))
@@ -135,9 +137,11 @@ def test_what_long_snippets_type_and_call_is_there(monkeypatch, tmp_path):
             cli.get_command(click.Context(cli), name).make_context(name, words)
 
 
-def walked(page, folder):
-    """Run all blocks of a page in a folder, and return the page's words."""
+def walked(page, folder, section=""):
+    """Run all blocks of a page, or of a section, in a folder, and return its words."""
     text = (DOCS / page).read_text(encoding="utf-8")
+    if section:
+        (text,) = (part for part in text.split("\n## ") if part.startswith(f"{section}\n"))
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.chdir(folder)
         for language, block in BLOCK.findall(text):
@@ -190,29 +194,90 @@ def test_the_walkthrough_runs_and_its_numbers_come_out(tmp_path):
         assert sentence in words, sentence
 
 
+def interval(size, digits, planted):
+    """How a page writes a number with its interval, which holds what was planted."""
+    low, high = size["interval95"]
+    assert low < planted < high
+    return f"{size['value']:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
+
+
+def named_sizes(folder):
+    """Name of a parameter to what a diagnosis that names every cause found."""
+    diagnosed = result(folder, "diagnosis.json")
+    assert diagnosed["verdict"] == "named"
+    return {n: size for one in diagnosed["effects"] for n, size in one["sizes"].items()}
+
+
 @pytest.mark.slow
-def test_two_more_rigs_run_and_their_numbers_come_out(tmp_path):
-    words = walked("more_rigs.md", tmp_path)
+def test_a_sealed_joint_runs_and_its_numbers_come_out(tmp_path):
+    words = walked("more_rigs.md", tmp_path, "A joint between shut muscles, moved by a motor")
     calibrated = result(tmp_path, "sealed_calibrated/calibration.json")
     assert calibrated["status"] == "converged"
     found = {one["name"]: one for one in calibrated["parameters"]}
     planted = {"joint.shaft.frictionloss": 0.3, "force.scale": 0.9}
-    shown = []
-    for name, value in planted.items():
-        low, high = found[name]["interval95"]
-        assert low < value < high
-        shown.append(f"{found[name]['value']:.3f} [{low:.3f}, {high:.3f}]")
+    shown = [interval(found[name], 3, value) for name, value in planted.items()]
     (angle,) = (one for one in calibrated["misfit"] if one["channel"] == "angle")
     shown.append(f"from {angle['before']:.2f} to {angle['after']:.2f} deg")
-    diagnosed = result(tmp_path, "diagnosed/diagnosis.json")
-    assert diagnosed["verdict"] == "named"
-    sizes = {n: size for one in diagnosed["effects"] for n, size in one["sizes"].items()}
-    for name, digits in (
-        ("chamber.heat_rate", 2), ("chamber.polytropic_index", 3), ("valve.closing_delay", 5),
-    ):  # fmt: skip
-        low, high = sizes[name]["interval95"]
-        shown.append(f"{sizes[name]['value']:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]")
     assert [text for text in shown if text not in words] == []
+
+
+@pytest.mark.slow
+def test_a_held_muscle_runs_and_its_numbers_come_out(tmp_path):
+    words = walked("more_rigs.md", tmp_path, "A held muscle with on/off valves")
+    sizes = named_sizes(tmp_path / "diagnosed")
+    shown = [
+        interval(sizes[name], digits, planted)
+        for name, digits, planted in (
+            ("chamber.heat_rate", 2, 2.0),
+            ("chamber.polytropic_index", 3, 1.4),
+            ("valve.closing_delay", 5, 0.012),
+        )
+    ]
+    assert [text for text in shown if text not in words] == []
+
+
+@pytest.mark.slow
+def test_a_leg_runs_and_its_numbers_come_out(tmp_path):
+    words = walked("more_rigs.md", tmp_path, "A leg")
+    log = {"logs": tmp_path / "swing.csv", "rig": "equimus_leg"}
+    with refused("line 102: time_s = 0 does not come after 1.98", "state `wraps`"):
+        pamsim.import_log(**log, out=tmp_path / "refused")
+    taken = {
+        c.column: c.quantity
+        for c in pamsim.import_log(**log, out=tmp_path / "other", wraps="2s").columns
+    }
+    assert taken["pressure1_start"] == "hip_bellows.pressure"
+    checked = result(tmp_path, "leg_page/check.json")
+    assert checked["suspicions"] == []
+    gaps = {one["channel"]: one["floors"] for one in checked["links"]["outputs"]}
+    (size,) = named_sizes(tmp_path / "leg_diagnosed").values()
+    for sentence in (
+        f"misses the knee's angle by {gaps['knee.angle']:.0f} noise floors",
+        f"a least pressure of {interval(size, 2, 5.0)} kPa",
+    ):
+        assert sentence in words, sentence
+
+
+@pytest.mark.slow
+def test_a_soft_arm_runs_and_its_numbers_come_out(tmp_path):
+    words = walked("more_rigs.md", tmp_path, "A soft arm")
+    checked = result(tmp_path, "chamber_page/check.json")
+    assert checked["suspicions"] == []
+    (gap,) = checked["links"]["outputs"]
+    (size,) = named_sizes(tmp_path / "chamber_diagnosed").values()
+    (warning,) = (
+        one
+        for one in result(tmp_path, "chamber_diagnosed/diagnosis.json")["warnings"]
+        if "chamber.dead_volume" in one
+    )
+    (volume,) = result(tmp_path, "chamber_calibrated/calibration.json")["parameters"]
+    for sentence in (
+        f"a gap of {gap['floors']:.0f} noise floors in {gap['link']}",
+        f"a delay of {interval(size, 4, 0.06)} s",
+        f"refitted to {re.search('to (.+) times', warning)[1]} times",
+        f"finds {interval(volume['written'], 1, 30.0)} cm³",
+    ):
+        assert sentence in words, sentence
 
 
 def prose(page):
