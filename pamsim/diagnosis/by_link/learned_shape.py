@@ -33,7 +33,6 @@ from pamsim.diagnosis.by_link.joint_curves import (
 )
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
@@ -118,7 +117,7 @@ def learned_shape(
         for one in (as_stated, fitter):
             fit = one.fit(begin, (*begin.effects, *chosen), start, links)
             better = None if fit is None else unseen.better(fit, best, links)
-            if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
+            if fit is not None and better and better.certain:
                 used, best, found, learned_over = one, fit, found or better, kinds
             left = unseen.remainders(best)
             if not any(left[link].counts for link in links):

@@ -167,6 +167,7 @@ def left_in_both(
             excess=min(one.excess, max(other.excess for other in whole)),
             p_value=max(one.p_value, min(other.p_value for other in whole)),
             known=one.known and all(other.known for other in whole),
+            limits=one.limits,
         )
         for link, one in by_link.items()
     }

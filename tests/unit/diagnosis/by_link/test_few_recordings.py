@@ -7,6 +7,7 @@ import pytest
 
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
+from pamsim.diagnosis.by_link.limits import USUAL
 from pamsim.diagnosis.by_link.sentence import evidence_notes
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried
 from tests.unit.diagnosis.by_link.toy_log import ToyLog
@@ -84,6 +85,7 @@ def judged(*repeats):
         input=lambda unit: unit[0],
         in_parts=False,
         varies=False,
+        limits=USUAL,
     )
 
 

@@ -51,4 +51,4 @@ class ToyLog(ToyChain):
 
     def units(self, *, gap=GAP, assumed=1.0):
         varying = assumed * self._varying()
-        return parts_of_trials(self, (), gap=gap, varying=varying, fewest=5)
+        return parts_of_trials(self, (), gap=gap, varying=varying)
