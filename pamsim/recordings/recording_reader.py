@@ -264,6 +264,7 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
         command=np.column_stack([columns.si(c) if c else np.zeros(time.size) for c in command]),
         measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
         muscle_names=muscles,
+        turned=frozenset(channels[c] for c in channels if c in columns.turned),
     )
     return _Read(trial, columns, channels.values(), unused)
 
