@@ -161,7 +161,7 @@ def test_a_bad_table_is_one_clear_line(read):
 
 
 def test_sealed_muscles_of_which_nothing_is_recorded_are_asked_for_their_pressures(read):
-    """Nothing says how many there are; the air is known by the pressure at its start."""
+    """Their number is not known; the air is known by the pressure at its start."""
     sealed = INDEX.replace("pressure_set", "sealed")
     bare = {name: P[name] for name in ("time_s", "angle_deg")}
     with refused("staircase_1.csv: drive = 'sealed'", "record that of each, as p1_kpa or NAME_kpa"):
