@@ -43,7 +43,7 @@ def test_what_differs_from_log_to_log_is_not_claimed():
     logs = [ToyLog(EFFECTS, seed=seed, variation=2.0) for seed in range(4)]
     assert not any(diagnosed(log, EFFECTS)[2] for log in logs)
     units = logs[0].units
-    logs[0].units = lambda: units(assumed=0.0)
+    logs[0].units = lambda limits: units(limits, assumed=0.0)
     assert "passive_stiffness" in diagnosed(logs[0], EFFECTS)[2]
 
 
