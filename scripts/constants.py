@@ -24,10 +24,10 @@ RULES = {
     "by_link/judged.py": ("EXPLAINED", "BESIDE_OTHERS", "NAMED", "SERIES"),
     "by_link/link_fit.py": ("_SEEN", "PRIOR"),
     "by_link/judged_units.py": ("VARIATION",),
-    "by_link/remainder.py": ("ALPHA", "LEAST"),
+    "by_link/limits.py": ("ALPHA", "MATERIAL", "LEAST"),
     "by_link/judge.py": ("_RIVALS",),
     "by_link/search.py": (
-        "MATERIAL", "_OF_LEFT", "CONTENDS", "WORTH", "_MOST, _FORMS",
+        "_OF_LEFT", "CONTENDS", "WORTH", "_MOST, _FORMS",
     ),
 }  # fmt: skip
 """File of the diagnosis -> numbers on which its conclusions depend."""

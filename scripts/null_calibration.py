@@ -28,7 +28,8 @@ from scipy.stats import binomtest, kstest
 from pamsim.comparison.links import PARTS, Link
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.remainder import ALPHA, remainders
+from pamsim.diagnosis.by_link.limits import ALPHA
+from pamsim.diagnosis.by_link.remainder import remainders
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together, nearest_units

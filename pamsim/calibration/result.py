@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.comparison.compared_signal import Comparison, pooled_rms, shown_unit
 from pamsim.comparison.free_parameters import FreedParameter
 from pamsim.core.computation import versions
 from pamsim.core.encoding import fields_to_dict, to_dict, write_json
@@ -72,9 +70,8 @@ class Calibration:
             row: dict[str, Any] = {"channel": channel, "unit": shown_unit(channel)[0]}
             for held, prefix in ((False, ""), (True, "held_out_")):
                 parts = [c for c in self.comparisons if c.channel == channel and c.held_out == held]
-                sizes = [c.measured.size for c in parts]
-                row[f"{prefix}before"] = _pooled([c.rms(c.before) for c in parts], sizes)
-                row[f"{prefix}after"] = _pooled([c.rms(c.after) for c in parts], sizes)
+                for state in ("before", "after"):
+                    row[f"{prefix}{state}"] = pooled_rms(parts, state)
             rows.append(row)
         return rows
 
@@ -154,14 +151,6 @@ def write_calibrated_rig(
         "Other entries are those of the rig that was calibrated."
     )
     return write_rig(rig.file, folder / RIG_FOLDER, numbers, heading=heading).parent
-
-
-def _pooled(levels: Sequence[float | None], sizes: Sequence[int]) -> float | None:
-    """RMS over all samples by that of each trial; None if one is missing, or there are none."""
-    known = [level**2 for level in levels if level is not None]
-    if not known or len(known) < len(levels):
-        return None
-    return float(np.average(known, weights=sizes)) ** 0.5
 
 
 def _in_the_rigs_file(freed: FreedParameter, estimate: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import click
 
 from pamsim.cli import options
 from pamsim.cli.command import Command, answer, exit_code, progress_bar, save_json, show_page, warn
+from pamsim.diagnosis.by_link.limits import ALPHA, MATERIAL
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
@@ -26,6 +27,19 @@ _FINE = ("no_gap", "named")
     "--nuisance", names=options.parameter_names, help="Parameters refitted with every effect"
 )
 @options.names("--hold-out", help="Trials or protocols to judge by")
+@click.option(
+    "--alpha",
+    type=float,
+    default=ALPHA,
+    help="Level of all tests: how often an effect that is not there may be claimed.",
+)
+@click.option(
+    "--material",
+    type=float,
+    default=MATERIAL,
+    help="Fall of a link's mean square below which no effect is reported, in variances of the"
+    " noise.",
+)
 @options.seed()
 @options.threads
 @options.film

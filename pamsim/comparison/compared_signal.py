@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,6 +79,18 @@ class Comparison:
                 for i, row in enumerate(self.table.rows)
             ]
         return entry
+
+
+def pooled_rms(parts: Sequence[Comparison], simulated: str) -> float | None:
+    """RMS of simulated minus measured over all samples of a channel, in the written unit.
+
+    ``simulated`` is ``before`` or ``after``. None if a part does not have it, or there is no part.
+    """
+    levels = [part.rms(getattr(part, simulated)) for part in parts]
+    known = [level**2 for level in levels if level is not None]
+    if not known or len(known) < len(levels):
+        return None
+    return float(np.average(known, weights=[part.measured.size for part in parts])) ** 0.5
 
 
 def comparisons_of(

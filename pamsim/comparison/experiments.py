@@ -117,7 +117,8 @@ def at_times(
         recording: of the trial's experiment.
         trial: as measured.
         sensor: instruments of the rig, or None. An encoder that counts whole increments reads low
-            on average, and so do the angles returned, if the trial's come in such increments.
+            on average, or high with its sign turned, and so do the angles returned, if the trial's
+            come in such increments.
 
     Returns:
         Channel -> (n,), as `Recording.signals` names them [SI].
@@ -130,8 +131,11 @@ def at_times(
     if sensor is not None:
         for channel in trial.measured.keys() & done.names.joint_channels:
             if kind_of(channel) == "angle":
-                offset = encoder_offset(trial.measured[channel], sensor.encoder_increments)
-                signals[channel] = signals[channel] + offset
+                signals[channel] = signals[channel] + encoder_offset(
+                    trial.measured[channel],
+                    sensor.encoder_increments,
+                    turned=channel in trial.turned,
+                )
     time = trial.time if trial.lead_in is None else trial.lead_in.duration + trial.time
     return {name: np.interp(time, done.time, values) for name, values in signals.items()}
 

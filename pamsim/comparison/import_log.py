@@ -369,6 +369,14 @@ def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> Dri
             f" or state that it was shut: `drive` {missing[0]}=sealed beside the drives of the"
             " others"
         )
+    if {"sealed"} == {kind for own in usable.values() for kind in own} and not any(
+        f"{muscle}.pressure" in quantities for muscle in rig.muscles
+    ):
+        raise InputError(
+            f"{where}: all muscles are sealed, and no column gives the pressure of one, from which"
+            " its air is known; name that of each, such as `columns`"
+            f" {next(iter(rig.muscles))}.pressure=NAME:bar"
+        )
     common = [kind for kind in kinds if all(kind in own for own in usable.values())]
     of_muscles = {muscle: (common or own)[0] for muscle, own in usable.items()}
     of_joints = {

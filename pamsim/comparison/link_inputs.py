@@ -160,7 +160,8 @@ def _smoothed_inputs(rig: Rig, trial: Trial) -> LinkInputs:
             continue
         low = 0.0
         if rig.sensor is not None and kind == "angle":
-            low = encoder_offset(read, rig.sensor.encoder_increments)
+            turned = channel in trial.turned
+            low = encoder_offset(read, rig.sensor.encoder_increments, turned=turned)
         noise[joint] = sample_noise(read)
         positions[joint] = smoothed(trial.time, read, noise[joint]) - low
     return LinkInputs(pressures=pressures, positions=positions, noise=noise)

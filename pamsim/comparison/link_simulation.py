@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate
@@ -28,8 +27,8 @@ from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
 from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
+from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig
-from pamsim.engine.stepping import muscle_ids
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.signals import EFFORTS
@@ -37,7 +36,6 @@ from pamsim.recordings.trial import Trial, TrialLead
 
 Signals = Mapping[str, FloatArray]
 
-_SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
 
 _REST = 4.0
 """Time given to a rig to come to rest [s], as in every experiment."""
@@ -142,19 +140,10 @@ def forces_read(rig: Rig, trial: Trial) -> FloatArray:
 
 def arms_along(rig: Rig, inputs: LinkInputs) -> FloatArray:
     """Change of each tendon's length with each joint along the measured motion, (n, m, j)."""
-    # As `pamsim.engine.equilibrium.moment_arms`, in one data: making one takes a hundred steps.
-    model, data, addresses = rig.model, mujoco.MjData(rig.model), rig.position_addresses
-    muscles = [int(model.actuator_outadr[i]) for i in muscle_ids(model)]
-
-    def lengths(where: FloatArray) -> FloatArray:
-        data.qpos[addresses] = where
-        mujoco.mj_fwdPosition(model, data)
-        return data.actuator_length[muscles].copy()
-
-    shifts = _SHIFT * np.eye(len(addresses))
-    positions = np.column_stack([inputs.positions[joint] for joint in rig.joints])
-    moved = [[lengths(at + by) - lengths(at - by) for by in shifts] for at in positions]
-    return np.swapaxes(moved, 1, 2) / (2.0 * _SHIFT)
+    measured = np.column_stack([inputs.positions[joint] for joint in rig.joints])
+    positions = np.tile(rig.model.qpos0, (len(measured), 1))
+    positions[:, rig.position_addresses] = measured
+    return moment_arms(rig, positions)
 
 
 def ways_to_rest(

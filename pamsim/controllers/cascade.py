@@ -81,11 +81,11 @@ class PressureLoop(PidLaw):
     @classmethod
     def for_rig(
         cls, rig: Rig, *, period: float, common_pressure: float, closed_loop_time: float
-    ) -> PressureLoop:
-        """Loop designed for the faster of filling and venting of muscle 1 at the initial position.
+    ) -> tuple[PressureLoop, ...]:
+        """Loop of each muscle, designed for its faster of filling and venting.
 
-        The valves' flow is taken at a common gauge pressure [Pa]. Period and closed-loop time
-        constant are in s.
+        That is at the initial position. The valves' flow is taken at a common gauge pressure [Pa].
+        Period and closed-loop time constant are in s.
 
         Raises:
             InputError: for a time constant below two periods, which a sampled loop cannot have.
@@ -95,12 +95,13 @@ class PressureLoop(PidLaw):
                 f"a pressure loop of {closed_loop_time * 1e3:g} ms needs samples every"
                 f" {closed_loop_time * 5e2:g} ms at least; got {period * 1e3:g} ms"
             )
-        muscle = next(iter(rig.muscles.values()))
-        length = float(tendon_lengths(rig, rig.model.qpos0)[0])
-        fill, exhaust = full_rates(parameters(muscle), length, common_pressure)
-        slow = 8.0 * closed_loop_time
-        gain = 1.0 / (closed_loop_time * max(fill, -exhaust))
-        return cls(period=period, gain=gain, integral_time=slow, tracking_time=slow)
+        slow, loops = 8.0 * closed_loop_time, list[PressureLoop]()
+        lengths = tendon_lengths(rig, rig.model.qpos0).tolist()
+        for muscle, length in zip(rig.muscles.values(), lengths, strict=True):
+            fill, exhaust = full_rates(parameters(muscle), length, common_pressure)
+            gain = 1.0 / (closed_loop_time * max(fill, -exhaust))
+            loops.append(cls(period=period, gain=gain, integral_time=slow, tracking_time=slow))
+        return tuple(loops)
 
 
 class CascadeMemory(NamedTuple):
@@ -124,7 +125,7 @@ class Cascade:
 
     command = "valve"
     outer: Controller
-    inner: PressureLoop
+    inner: tuple[PressureLoop, ...]
 
     def __post_init__(self) -> None:
         if self.outer.command != "pressure_set":
@@ -142,7 +143,7 @@ class Cascade:
     ) -> tuple[Command, CascadeMemory]:
         """Openings from now on, and the memory for the next sample."""
         wanted, outer = self.outer.step(observation, memory.outer)
-        muscles = zip(wanted, observation.pressure, memory.integrals, strict=True)
-        steps = [self.inner.opening(goal - now, integral) for goal, now, integral in muscles]
+        muscles = zip(self.inner, wanted, observation.pressure, memory.integrals, strict=True)
+        steps = [loop.opening(goal - now, integral) for loop, goal, now, integral in muscles]
         openings, integrals = zip(*steps, strict=True)
         return openings, CascadeMemory(outer, integrals)

@@ -11,6 +11,7 @@ from pamsim.comparison.loop_simulator import Loop
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.limits import ALPHA, MATERIAL
 from pamsim.diagnosis.by_link.result import LinkReport
 from pamsim.diagnosis.length_pressure_loop import (
     PRINTED_LOOPS,
@@ -42,6 +43,7 @@ APPLIES: dict[str, Collection[Kind]] = {
     "without": (Kind.RECORDINGS,),
     "nuisance": (Kind.RECORDINGS, Kind.TABLE),
     "hold_out": (Kind.RECORDINGS,),
+    "material": (Kind.RECORDINGS,),
     "threads": (Kind.RECORDINGS, Kind.TABLE),
 }
 """Argument of `diagnose` -> kinds of data that it applies to; those not here apply to all."""
@@ -56,6 +58,8 @@ def diagnose(
     without: Sequence[str] = (),
     nuisance: Sequence[str] = (),
     hold_out: Sequence[str] = (),
+    alpha: float = ALPHA,
+    material: float = MATERIAL,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -74,6 +78,10 @@ def diagnose(
             `pamsim.diagnosis.options.usual_nuisance` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         hold_out: trials or protocols to judge by; see
             `pamsim.diagnosis.by_link.judged_units.held_out_split`.
+        alpha: level of all tests: how often an effect that is not there may be claimed. Intervals
+            stay those of 95 %.
+        material: fall of a link's mean square below which no effect is reported [variance of the
+            noise]; of rows at rest it is what noise does once in ``1 / alpha``.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
         progress: called as each model is fitted; how many there will be is an estimate.
@@ -89,6 +97,8 @@ def diagnose(
         without=tuple(without),
         nuisance=tuple(nuisance),
         hold_out=tuple(hold_out),
+        alpha=alpha,
+        material=material,
         seed=seed,
         threads=threads,
         progress=progress,

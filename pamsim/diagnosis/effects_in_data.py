@@ -18,8 +18,8 @@ from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, common_unit, to_si
+from pamsim.diagnosis.by_link.limits import MATERIAL
 from pamsim.diagnosis.by_link.link_model import as_columns, project_out
-from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig

@@ -102,6 +102,7 @@ def diagnose_length_loop(
         lambda variance, _: rows.simulator(variance),
         rows.candidates,
         (),
+        alpha=options.alpha,
         seed=options.seed,
         progress=options.progress,
     )
@@ -120,6 +121,8 @@ def diagnose_length_loop(
         gap={CHANNEL: found.gap("mm", MM_PER_M, floor)},
         next_experiment=next_reading(found) if found.effects else NextExperiment(advice=_MORE),
         warnings=tuple(notes),
+        alpha=found.limits.alpha,
+        material=found.limits.material,
         run=Run(
             data=(source,),
             held_out=tuple(f"{pressure / PA_PER_KPA:g} kPa" for pressure in rows.level),

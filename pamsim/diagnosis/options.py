@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.limits import ALPHA, LEAST, MATERIAL, Limits
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 
@@ -46,13 +47,15 @@ class Options:
     Empty ones are chosen by rule, and the usual nuisance parameters are those of data and rig.
 
     Raises:
-        InputError: for a seed below 0.
+        InputError: for a seed below 0, or limits that nothing can be judged by.
     """
 
     effects: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
     nuisance: tuple[str, ...] = ()
     hold_out: tuple[str, ...] = ()
+    alpha: float = ALPHA
+    material: float = MATERIAL
     seed: int = 0
     threads: int | None = None
     progress: Progress | None = None
@@ -60,6 +63,13 @@ class Options:
     def __post_init__(self) -> None:
         if self.seed < 0:
             raise InputError(f"`seed` is {self.seed}; it must be 0 or above")
+        _ = self.limits  # which refuses what it cannot be
+
+    @property
+    def limits(self) -> Limits:
+        """From which an effect is claimed, and material; a remainder below that counts neither."""
+        least = max(LEAST, self.material)
+        return Limits(alpha=self.alpha, material=self.material, least=least)
 
 
 AS_USUAL = Options()

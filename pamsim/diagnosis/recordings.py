@@ -48,7 +48,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
     """
     began = time.perf_counter()
     data = data.of_rig(rig)
-    held_out, warnings = held_out_split(data, options.hold_out)
+    held_out, warnings = held_out_split(data, options.hold_out, options.limits)
     refuse_zero({name: rig_parameter(rig, name).value for name in options.nuisance})
     nuisance = options.nuisance or usual_nuisance(rig)
     tried, skipped = _tried(rig, options, nuisance)
@@ -58,6 +58,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
         tried,
         held_out=held_out,
         nuisance=nuisance,
+        limits=options.limits,
         seed=options.seed,
         threads=options.threads,
         progress=options.progress,
@@ -95,6 +96,8 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
         ),
+        alpha=found.limits.alpha,
+        material=found.limits.material,
         run=Run(
             data=data.sources,
             held_out=held_out,

@@ -77,6 +77,7 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
         simulator_at,
         [one for one in tried if one.name not in still],
         nuisance,
+        alpha=options.alpha,
         seed=options.seed,
         progress=options.progress,
     )
@@ -92,6 +93,8 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
             "the rows have no repeats: their noise is what the best model leaves, and the floor in"
             " degrees is the resolution of the angle",
         ),
+        alpha=found.limits.alpha,
+        material=found.limits.material,
         run=Run(
             data=(table.name,),
             held_out=table.rows,

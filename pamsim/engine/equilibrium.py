@@ -153,11 +153,9 @@ def _stops(model: mujoco.MjModel) -> FloatArray:
     return ends.T
 
 
-def _slope(
-    values: Callable[[FloatArray], FloatArray], at: FloatArray, places: Sequence[int] | None = None
-) -> FloatArray:
-    """Derivatives of values by all positions, or those in some places, a column each."""
-    turns = _TURN * np.eye(len(at))[range(len(at)) if places is None else list(places)]
+def _slope(values: Callable[[FloatArray], FloatArray], at: FloatArray) -> FloatArray:
+    """Derivatives of values by all positions, a column each."""
+    turns = _TURN * np.eye(len(at))
     ahead, behind = (np.array([values(at + side * turn) for turn in turns]) for side in (1, -1))
     return ((ahead - behind) / (2.0 * _TURN)).T
 
@@ -218,17 +216,24 @@ def _tension(m: Parameters, length: float, pressure: float) -> float:
     return float("nan")
 
 
-def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
-    """Change of each tendon's length with each recorded joint's position (m, j) [m/rad or 1].
+def moment_arms(rig: Rig, positions: FloatArray) -> FloatArray:
+    """Change of each tendon's length with each recorded joint's position (..., m, j) [m/rad or 1].
 
-    ``position``, (nq,), is where they are taken [rad or m].
+    ``positions``, (..., nq), are where they are taken [rad or m].
     """
-    return _slope(lambda where: tendon_lengths(rig, where), position, rig.position_addresses)
+    turns = _TURN * np.eye(positions.shape[-1])[rig.position_addresses]
+    at = positions[..., np.newaxis, :]
+    change = tendon_lengths(rig, at + turns) - tendon_lengths(rig, at - turns)
+    return np.swapaxes(change, -1, -2) / (2.0 * _TURN)
 
 
-def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
-    """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
-    model, data = rig.model, mujoco.MjData(rig.model)
-    data.qpos[:] = position
-    measure_tendons(model, data)
-    return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()
+def tendon_lengths(rig: Rig, positions: FloatArray) -> FloatArray:
+    """(..., m) lengths of the muscles' tendons [m] at positions (..., nq) [rad or m]."""
+    model, data = rig.model, mujoco.MjData(rig.model)  # as long to make as a hundred steps
+    muscles = [model.actuator_outadr[i] for i in muscle_ids(model)]
+    lengths = np.empty((*positions.shape[:-1], len(muscles)))
+    for place in np.ndindex(positions.shape[:-1]):
+        data.qpos[:] = positions[place]
+        measure_tendons(model, data)
+        lengths[place] = data.actuator_length[muscles]
+    return lengths

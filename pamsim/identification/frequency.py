@@ -136,9 +136,9 @@ def identify_frequency_response(
 ) -> FrequencyIdentification:
     """Fit continuous models to a measured frequency response and choose one by AICc.
 
-    Models of rising order, with every number of zeros below it, with and without dead time, are
-    fitted by their relative error, until two orders in a row are no better. Poles are shown as time
-    constants where all are real.
+    A gain and models of rising order, with every number of zeros below it, with and without dead
+    time, are fitted by their relative error, until two orders in a row are no better. Poles are
+    shown as time constants where all are real.
 
     Args:
         table: see `pamsim.identification.frequency_table.frequency_response_of`.
@@ -160,12 +160,12 @@ def identify_frequency_response(
     data = FrequencyRecord(frequency, response)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
-    orders = range(1, HIGHEST_ORDER + 1) if order is None else (order,)
+    orders = range(HIGHEST_ORDER + 1) if order is None else (order,)
     for done, n in enumerate(orders):
         if progress is not None:
             progress(done, len(orders), f"order {n}")
         # Every number of zeros, where no order is given; without and with dead time.
-        each = range(n) if order is None else (zeros,)
+        each = range(max(n, 1)) if order is None else (zeros,)
         for m, late in product(each, chosen.delays):
             name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
@@ -216,7 +216,7 @@ def identify_frequency_response(
 def _fitted(data: FrequencyRecord, poles: str, structure: ContinuousStructure) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
     lags = replace(structure, real_lags=True)
-    if poles == "real" or structure.order == 1:
+    if poles == "real" or structure.order < 2:
         return fit_model(data, lags)
     free = fit_model(data, structure)
     if poles == "any" or any(pole.imag for pole in free.poles):

@@ -94,10 +94,10 @@ class ArNoise:
 
         Of exponentially correlated noise it is the time constant; half a sample if white.
         """
-        if not self.order:  # of any variance, that of a perfect fit included
-            return 0.5 * sample_time
-        at_zero = self.variance / (1.0 - sum(self.coefficients)) ** 2
-        return float(0.5 * sample_time * at_zero / self.autocovariance(1)[0])
+        # By the reflections, of any variance, that of a perfect fit included: 1 less the sum of the
+        # coefficients is the product of 1 plus each reflection, which rounding cannot make 0.
+        own = np.array(self.reflections)
+        return float(0.5 * sample_time * np.prod((1.0 - own) / (1.0 + own)))
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """Turn noise of this model into white noise of the same variance as e.

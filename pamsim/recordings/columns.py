@@ -74,6 +74,7 @@ class Columns:
     # name -> unit, where the file has a line of them
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()  # what a reader should know, one sentence each
+    turned: frozenset[str] = frozenset()  # names of those whose sign is not the log's
 
     @cached_property
     def values(self) -> Mapping[str, FloatArray]:

@@ -59,20 +59,30 @@ def in_own_format(columns: Columns, table: object, where: str) -> Columns:
         raise InputError(f'{where}: no clock; write time = {{ column = "...", unit = "s" }}')
     found: dict[str, FloatArray] = {}
     used: set[str] = set()
+    turned: set[str] = set()
     notes: tuple[str, ...] = ()
     for quantity, one in table.items():
         place = f"{where}: {quantity}"
         if quantity == "time" and isinstance(one, dict) and "rate" in one:
             found["time_s"] = _by_rate(one, len(columns.lines), place)
             continue
-        name, values, column = _quantity(columns, str(quantity), one, place)
+        name, values, column, sign = _quantity(columns, str(quantity), one, place)
         if quantity == "time":
             values, repeated = _spread(values)
             notes += (f"{repeated} rows repeat a time stamp: spread evenly",) * (repeated > 0)
         found[name] = values
         used.add(column)
+        if sign < 0:
+            turned.add(name)
     ignored = tuple(name for name in columns.cells if name not in used)
-    return replace(columns, cells=cells_of(found), ignored=ignored, units={}, notes=notes)
+    return replace(
+        columns,
+        cells=cells_of(found),
+        ignored=ignored,
+        units={},
+        notes=notes,
+        turned=frozenset(turned),
+    )
 
 
 def unwrapped(time: FloatArray, end: float) -> FloatArray:
@@ -110,8 +120,8 @@ def _spread(time: FloatArray) -> tuple[FloatArray, int]:
 
 def _quantity(
     columns: Columns, quantity: str, table: object, where: str
-) -> tuple[str, FloatArray, str]:
-    """Own name and numbers of a quantity, and the column that it is in."""
+) -> tuple[str, FloatArray, str, float]:
+    """Own name and numbers of a quantity, the column that it is in, and with which sign."""
     name, si_unit, shown = _own_name(quantity, where)
     known = _CLOCK if quantity == "time" else _COLUMN
     if si_unit == "1":
@@ -133,7 +143,7 @@ def _quantity(
             values >= end, lambda i: f"{column}: the clock is at {values[i]:g} s, {late}"
         )
         values = unwrapped(values, end)
-    return name, values + zero, column
+    return name, values + zero, column, stated["sign"]
 
 
 def _own_name(quantity: str, where: str) -> tuple[str, str, float]:

@@ -220,7 +220,13 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
     if not muscles:
         columns = columns.select(_NUMBERED)
     # A muscle whose pressure was measured must be commanded, too.
-    count = len(muscles) or max([1, *map(int, re.findall(r"\d+", " ".join(columns.cells)))])
+    numbers = [int(number) for number in re.findall(r"\d+", " ".join(columns.cells))]
+    if drive == "sealed" and not muscles and not numbers:
+        raise InputError(
+            f"{table['file']}: drive = 'sealed', and no column gives the pressure of a muscle, from"
+            " which its air is known; record that of each, as p1_kpa or NAME_kpa"
+        )
+    count = len(muscles) or max([1, *numbers])
     drives = Drive.of(drive, count if isinstance(drive, str) else len(drive))
     command = command_columns(drives, muscles)
     short = ("angle", "torque") if drives.joints else ("angle",)
@@ -258,6 +264,7 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
         command=np.column_stack([columns.si(c) if c else np.zeros(time.size) for c in command]),
         measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
         muscle_names=muscles,
+        turned=frozenset(channels[c] for c in channels if c in columns.turned),
     )
     return _Read(trial, columns, channels.values(), unused)
 

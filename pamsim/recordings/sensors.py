@@ -156,11 +156,12 @@ def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
     return np.floor(np.asarray(angle, dtype=float) / step) * step
 
 
-def encoder_offset(reading: ArrayLike, increments: float) -> float:
+def encoder_offset(reading: ArrayLike, increments: float, *, turned: bool = False) -> float:
     """Mean of reported less true angle of an encoder that counts whole increments [rad].
 
-    Half an increment below, whatever the sensor's zero: what is left of the steps has mean 0, as
-    has the error of a converter that rounds. It is 0 for readings (n,) [rad] that do not come in
+    Half an increment below, whatever the sensor's zero, and as much above where its sign has been
+    ``turned``: what is left of the steps has mean 0, as has the error of a converter that rounds.
+    It is 0 for readings (n,) [rad] that do not come in
     whole increments, such as simulated ones, and if the increments per revolution are stated as 0.
     """
     if increments == 0.0:
@@ -168,7 +169,9 @@ def encoder_offset(reading: ArrayLike, increments: float) -> float:
     step = 2.0 * math.pi / increments
     counts = np.asarray(reading, dtype=float) / step
     whole = np.abs(counts - np.round(counts)) <= _ON_INCREMENT
-    return -0.5 * step if whole.all() and np.ptp(np.round(counts)) > 0.0 else 0.0
+    if not whole.all() or np.ptp(np.round(counts)) == 0.0:
+        return 0.0
+    return 0.5 * step if turned else -0.5 * step
 
 
 def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:

@@ -40,12 +40,14 @@ def start_pressure(trial: Trial, muscle: int) -> float:
     elif measured is not None:
         start = _at_rest(measured[: resting_rows(trial)])
     if not np.isfinite(start):
-        if trial.drives.muscles[muscle] not in ("pressure_set", "measured"):
+        kind = trial.drives.muscles[muscle]
+        if kind not in ("pressure_set", "measured"):
             name = trial.muscle_names[muscle] if trial.muscle_names else ""
+            column = f"{name or f'p{muscle + 1}'}_kpa"
+            mend = column if kind == "sealed" else f"{column}, or command pressures"
             raise InputError(
                 f"trial {trial.name!r} does not give the start pressure of"
-                f" {name or f'muscle {muscle + 1}'}: record {name or f'p{muscle + 1}'}_kpa,"
-                " or command pressures"
+                f" {name or f'muscle {muscle + 1}'}: record {mend}"
             )
         start = float(first[muscle])
     # A vented sensor may read slightly below the atmosphere, where the muscle is.

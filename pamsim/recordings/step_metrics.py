@@ -28,7 +28,9 @@ class StepMetrics:
     # not settled by the last tenth of the record, or is still on its way then: a decay as over the
     # last three tenths would lead out of these 2 %.
     settling_time: float
-    overshoot: float  # largest travel beyond the final value, as a share of the travel [-]
+    # Largest travel beyond the final value, before the time whose mean that is, as a share of the
+    # travel [-]: what still goes on its way there, such as a ramp, has overshot nothing.
+    overshoot: float
     reversal: float  # largest turn back against the direction of the step
 
 
@@ -38,7 +40,8 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     Its times (n,) [s] increase from the step on.
     """
     t, y = np.asarray(time, dtype=float), np.asarray(response, dtype=float)
-    start, final = float(y[0]), float(y[-max(1, len(y) // 50) :].mean())
+    end = max(1, len(y) // 50)
+    start, final = float(y[0]), float(y[-end:].mean())
     travel = final - start
     if travel == 0.0:
         return StepMetrics(start, final, 0.0, 0.0, reversal=float(np.ptp(y)))
@@ -49,7 +52,7 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
         start=start,
         final=final,
         settling_time=float(t[last]) if settled else float("nan"),
-        overshoot=max(0.0, float(forward.max() / abs(travel)) - 1.0),
+        overshoot=max(0.0, float(forward[:-end].max() / abs(travel)) - 1.0),
         reversal=float(np.max(np.maximum.accumulate(forward) - forward)),
     )
 

@@ -59,6 +59,7 @@ class Trial:
         muscle_names: in the order of the commands; none where muscles have numbers.
         lead_in: None for a trial that begins at rest.
         noise: channel -> noise that the lab states of it.
+        turned: channels whose sign is not the instrument's.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Trial:
     muscle_names: tuple[str, ...] = ()
     lead_in: TrialLead | None = None
     noise: Mapping[str, StatedNoise] = field(default_factory=dict[str, StatedNoise])
+    turned: frozenset[str] = frozenset()
 
     @property
     def sample_interval(self) -> float:
@@ -171,6 +173,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
         measured={channels[c]: v for c, v in trial.measured.items() if c in channels},
         noise={channels[c]: v for c, v in trial.noise.items() if c in channels},
         muscle_names=names.named_muscles,
+        turned=frozenset(channels[c] for c in trial.turned if c in channels),
     ), tuple(notes)
 
 

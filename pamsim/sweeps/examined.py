@@ -37,6 +37,7 @@ _RECORDED = {
 _EXAMINED: Mapping[str, Mapping[str, type]] = {
     "diagnose": {
         "effects": list, "without": list, "nuisance": list, "hold_out": list,
+        "alpha": float, "material": float,
     },
     "calibrate": {
         "free": list, "bounds": dict, "prior": bool, "channels": list, "hold_out": list,

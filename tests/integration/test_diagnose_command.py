@@ -9,6 +9,7 @@ from pamsim.comparison.links import PARTS
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.report.link_page import write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.page import PageImage
 from pamsim.twins.hide import hide
@@ -84,6 +85,7 @@ def test_a_leak_alone_is_named_with_its_size_and_nothing_where_nothing_is_hidden
     for name, effects in (("nothing", {}), ("leak", {"air_leak": 2.0})):
         hide("mas20_arm", effects, **SHORT | {"seed": 4}).save(tmp_path / name)
         found = pamsim.diagnose(tmp_path / name, **TRIED)
+        assert (found.alpha, found.material) == (0.05, 0.02)  # the stated defaults
         assert found.verdict.value == ("named" if effects else "no_gap")
         assert [one.name for one in found.effects] == list(effects)
     leak = found.effects[0].sizes["chamber.leak_conductance"]
@@ -91,6 +93,17 @@ def test_a_leak_alone_is_named_with_its_size_and_nothing_where_nothing_is_hidden
     air, arm = found.links
     assert air.before > 1.5 > air.after
     assert arm.before == pytest.approx(1.0, abs=0.1)
+    with pytest.raises(InputError, match="5 of the 7 independent parts that a level of 1 % needs"):
+        pamsim.diagnose(tmp_path / name, **TRIED, alpha=0.01)
+    # The same leak is not material to who asks for more of the noise than it takes away.
+    more = 2.0 * (air.before - air.after)
+    found = pamsim.diagnose(tmp_path / name, **TRIED, alpha=0.04, material=more)
+    assert (found.verdict.value, found.effects) == ("no_gap", ())
+    result = found.to_dict()
+    assert (result["alpha"], result["material"]) == (0.04, more)
+    page = write_link_diagnosis(result, found.comparisons, tmp_path).read_text(encoding="utf-8")
+    for text in (f"{more:.3g} of the noise variance", "level of all tests (alpha)", "4 %"):
+        assert text in page
 
 
 def test_what_links_have_left_costs_the_name_only_if_the_whole_chain_has_it_too(
@@ -128,7 +141,7 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     out = tmp_path / "out"
     code, printed, _ = run(
         "a", "b", "--effects", "air_leak", "--effects", "angle_bias", "--hold-out", "x,y",
-        "--seed", "7", "--out", out,
+        "--alpha", "0.01", "--material", "0.1", "--seed", "7", "--out", out,
     )  # fmt: skip
     assert code == (0 if verdict in ("no_gap", "named") else 1)
     assert printed.strip().splitlines()[-1] == f"verdict: {verdict}"
@@ -145,6 +158,7 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
         assert words in printed
     assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ("x", "y"), 7)
     assert asked["effects"] == ("air_leak", "angle_bias")
+    assert (asked["alpha"], asked["material"]) == (0.01, 0.1)
     assert (out / "rig" / "params.toml").is_file() is repaired
 
 
@@ -176,6 +190,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         (["mas20", "--hold-out", "nonsense"], "--hold-out does not apply to a table of angles"),
         (["alraouf2025", "--rig", "mas20_arm"], "--rig does not apply to a length-pressure loop"),
         (["alraouf2025", "--nuisance", "x"], "--nuisance does not apply to a length-pressure loop"),
+        (["alraouf2025", "--material", "0.1"], "--material does not apply to a length-pressure"),
         (["alraouf2025", "--threads", "2"], "--threads does not apply to a length-pressure loop"),
         (["alraouf2025", "--effects", "creep"], "no effect 'creep' that opens a loop"),
         (["alraouf2026"], "alraouf2026"),
@@ -189,6 +204,8 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         ([*leak, "--hold-out", "bursts_1"], "independent parts"),
         ([*leak, "--film"], "--film needs recordings, and --out"),
         ([*leak, "--threads", "0"], "0 threads"),
+        ([*leak, "--alpha", "5"], "--alpha is 5; it must be from 0.001 to 0.5"),
+        ([*leak, "--material", "0"], "--material is 0; it must be above 0"),
         # Places that cannot take the result, before the work.
         (["none", "--out", tmp_path / "file", "--force"], "is a file"),
         (["none", "--rig", own, "--out", own, "--force"], "the folder of the rig it is made from"),

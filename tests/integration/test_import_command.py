@@ -185,6 +185,11 @@ def test_what_cannot_be_a_recording_is_refused_and_leaves_nothing(imported, tmp_
         ),
         ({"drive": "valve"}, LOG, "nothing drives flexor, extensor"),
         ({"drive": "motor"}, LOG, "no drive 'motor'"),
+        (
+            {"drive": "sealed"},
+            {name: LOG[name] for name in ("t_ms", "phi", "battery")},
+            r"all muscles are sealed, and no column gives .* `columns` flexor.pressure=NAME:bar",
+        ),
         ({"drive": "elbo=angle"}, LOG, "did you mean 'elbow'"),
         ({"period": "9 s"}, LOG, "no period of 9 s"),
         ({"segments": overlapping}, LOG, r"segments overlap at 1\.5 s"),

@@ -169,6 +169,37 @@ def test_an_effect_rests_where_it_is_held_runs_in_batches_and_goes_on_from_its_s
         assert np.array_equal(joined, getattr(whole, signal)), signal
 
 
+def test_a_tube_without_resistance_is_dead_volume(rig):
+    """The rig that the effect tends to as its size falls is not the one without it."""
+    still = rig.with_parameters({"braid.extensibility": 0.0, "chamber.polytropic_index": 1.0})
+    own = still.muscles["muscle_1"].chamber.dead_volume
+
+    def pressures(**changes):
+        named = {name.replace("__", "."): value for name, value in changes.items()}
+        return pamsim.simulate(still.with_parameters(named), valves()).completed().pressure
+
+    bare, volume = pressures(), 1e-5
+    larger = pressures(chamber__dead_volume=own + volume)
+    for resistance in (1.0, 1e3):
+        tube = pressures(valve__tube_resistance=resistance, valve__tube_volume=volume)
+        assert np.abs(tube - larger).max() < 0.05 * np.abs(tube - bare).max()
+
+
+def test_backlash_that_vanishes_leaves_what_elastic_teeth_give(rig):
+    rigid, some, more = (
+        pamsim.simulate(
+            rig.with_parameters({"chain.backlash": 1e-9, "chain.tooth_compliance": give}), step()
+        )
+        .completed()
+        .angle
+        - pamsim.simulate(rig, step()).completed().angle
+        for give in (0.0, 5e-7, 1e-6)
+    )
+    assert np.abs(rigid).max() < 1e-6
+    assert np.abs(more).max() == pytest.approx(2.0 * np.abs(some).max(), rel=0.1)
+    assert np.abs(some).max() > 1e-3
+
+
 @pytest.mark.parametrize("experiment", [step(settle=12.0), valves(settle=12.0)])
 def test_a_delay_of_whole_samples_shifts_the_run_to_the_bit(rig, experiment):
     samples = 15

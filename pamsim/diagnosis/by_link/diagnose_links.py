@@ -17,6 +17,7 @@ from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.judged_units import judged_trials, units_of
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape, learned_shape
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
@@ -57,6 +58,7 @@ class LinkDiagnosis:
         shape: curves learned of what is left in muscles and joints; None if nothing is, or no curve
             predicts it.
         notes: what it rests on, if that is not repeats and whole trials.
+        limits: from which an effect is claimed, and material.
     """
 
     links: tuple[Link, ...]
@@ -72,6 +74,7 @@ class LinkDiagnosis:
     whole: LinkModel | None = None
     shape: LearnedShape | None = None
     notes: tuple[str, ...] = ()
+    limits: Limits = USUAL
 
 
 @one_blas_thread()
@@ -82,6 +85,7 @@ def diagnose_links(
     *,
     held_out: Collection[str],
     nuisance: Sequence[str],
+    limits: Limits = USUAL,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -106,6 +110,7 @@ def diagnose_links(
         candidates: effects to try, in all of their forms.
         held_out: names of the trials to judge by; none where every input was recorded once.
         nuisance: rig parameters that are refitted with every effect, in each link by itself.
+        limits: from which an effect is claimed, and material.
         seed: random seed of the sign flips, where they are drawn.
         threads: simulations at a time; None for one per processor.
         progress: called as each fit begins.
@@ -116,10 +121,10 @@ def diagnose_links(
     """
     steps = Steps(progress, FITS)
     steps.begin("the links of the rig as it is")
-    judged = judged_trials(trials, held_out)
+    judged = judged_trials(trials, held_out, limits)
     groups = (*repeats([t for t in trials if t.name not in judged]), *repeats([*judged.values()]))
     simulator = ChainSimulator(rig, groups, threads=threads)
-    units = units_of(simulator, trials, judged)
+    units = units_of(simulator, trials, judged, limits)
     fitter = LinkFitter(simulator, nuisance, units)
     refuse_unjudged(fitter)
     searched = search(fitter, candidates, steps=steps)
@@ -134,7 +139,7 @@ def diagnose_links(
     if effects and (nothing_left or all(one.certain()["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
         chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
-        whole = in_whole_chain(chain, nuisance, units_of(chain, trials, judged), model)
+        whole = in_whole_chain(chain, nuisance, units_of(chain, trials, judged, limits), model)
     if whole is not None and not nothing_left:
         rest = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
         if all(one.excluded for one in rest):
@@ -151,7 +156,7 @@ def diagnose_links(
 
         def links_of(other: Rig) -> tuple[ChainSimulator, Units]:
             again = ChainSimulator(other, groups, threads=threads)
-            return again, units_of(again, trials, judged)
+            return again, units_of(again, trials, judged, limits)
 
         shape = learned_shape(rig, trials, sure, nuisance, nameless, links_of, seed=seed)
     return LinkDiagnosis(
@@ -171,4 +176,5 @@ def diagnose_links(
             *(f"not compared: {text}" for text in simulator.not_compared),
             *evidence_notes(simulator.noise, units),
         ),
+        limits=limits,
     )

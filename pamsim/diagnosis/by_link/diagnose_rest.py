@@ -24,9 +24,9 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.left_out import LeftOut
+from pamsim.diagnosis.by_link.limits import ALPHA, USUAL, Limits
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes
 from pamsim.diagnosis.by_link.units import whole_trials
@@ -82,8 +82,11 @@ numbers, the same that tables at rest were fitted from before."""
 class RestFitter(LinkFitter):
     """Fits to all units."""
 
-    def __init__(self, simulator: LinkSimulator, nuisance: Sequence[str]) -> None:
-        super().__init__(simulator, nuisance, whole_trials(simulator, ()), finer=_FINER)
+    def __init__(
+        self, simulator: LinkSimulator, nuisance: Sequence[str], limits: Limits = USUAL
+    ) -> None:
+        units = whole_trials(simulator, (), limits=limits)
+        super().__init__(simulator, nuisance, units, finer=_FINER)
 
     def fit(
         self,
@@ -112,6 +115,7 @@ def diagnose_rest(
     candidates: Sequence[Candidate],
     nuisance: Sequence[str],
     *,
+    alpha: float = ALPHA,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> RestDiagnosis:
@@ -119,13 +123,14 @@ def diagnose_rest(
 
     Rows have no repeats, so that their noise is not known. The search takes for it what its model
     leaves per degree of freedom, and is repeated until that finds nothing more; it proposes an
-    effect if noise alone would promise as much with probability `ALPHA`. Nothing is decided by
+    effect if noise alone would promise as much with probability ``alpha``. Nothing is decided by
     that: judgement is by exchanges and sign flips, which are free of scale.
 
     Args:
         simulator_at: see `SimulatorAt`.
         candidates: effects to try, in all of their forms.
         nuisance: names of what is refitted with every effect.
+        alpha: level of all tests.
         seed: random seed of exchanges and sign flips.
         progress: called as each fit begins.
 
@@ -135,23 +140,23 @@ def diagnose_rest(
     """
     steps = Steps(progress, FITS)
     steps.begin("the rows, with the rig as it is")
-    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(ALPHA)
+    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha)
     if stated.size < fewest:
         raise InputError(
             f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at"
-            f" {100.0 * ALPHA:g} %; give more rows at rest, or levels of both branches of a loop"
+            f" {100.0 * alpha:g} %; give more rows at rest, or levels of both branches of a loop"
         )
+    limits = Limits(alpha=alpha, material=float(chi2.isf(alpha, 1)) / stated.size)
     variance = float(np.mean(stated**2))
-    fitter = RestFitter(simulator_at(variance, {}), nuisance)
+    fitter = RestFitter(simulator_at(variance, {}), nuisance, limits)
     base = fitter.fit(fitter.stated, (), {}, fitter.simulator.links) or fitter.stated
     variance *= _left(base)
     exact_at: dict[str, float] = {}
     names: frozenset[str] | None = None
     searched: Searched | None = None
     for _ in range(_PASSES):
-        fitter = RestFitter(simulator_at(variance, exact_at), nuisance)
-        material = float(chi2.isf(ALPHA, 1)) / base.rows.size
-        searched = search(fitter, candidates, material=material, steps=steps)
+        fitter = RestFitter(simulator_at(variance, exact_at), nuisance, limits)
+        searched = search(fitter, candidates, steps=steps)
         if searched.model.names == names:
             break
         names = searched.model.names
@@ -176,6 +181,7 @@ def diagnose_rest(
         model=model,
         errors_before=unseen.errors(searched.base),
         errors_after=unseen.errors(model),
+        limits=limits,
     )
 
 

@@ -15,6 +15,7 @@ from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder, remainders
@@ -29,10 +30,17 @@ class Difference:
     Attributes:
         gain: mean difference of their losses [noise variance].
         p_value: of none.
+        limits: from which it is certain.
     """
 
     gain: float
     p_value: float
+    limits: Limits = USUAL
+
+    @property
+    def certain(self) -> bool:
+        """Whether the model predicts better for certain."""
+        return self.p_value <= self.limits.alpha and self.gain > 0.0
 
 
 class HeldOut:
@@ -55,7 +63,8 @@ class HeldOut:
         """How much better a model predicts some links than another, in units that measure any."""
         own, other = (_mean_loss(self._by_unit(m), links) for m in (model, rest))
         found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
-        return Difference(gain=float(found.gain[0]), p_value=float(found.p_value[0]))
+        gain, p_value = float(found.gain[0]), float(found.p_value[0])
+        return Difference(gain=gain, p_value=p_value, limits=self._units.limits)
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -66,7 +75,8 @@ class HeldOut:
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What a model leaves in every link that repeats share."""
-        return remainders(self.rows(model), self.losses(model), seed=self._seed)
+        rows, losses = self.rows(model), self.losses(model)
+        return remainders(rows, losses, limits=self._units.limits, seed=self._seed)
 
     def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
         """Whitened rows of every link: for each input and channel, trial that repeats it -> (n,).

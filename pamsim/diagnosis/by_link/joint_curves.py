@@ -129,11 +129,11 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
         at = np.linspace(*_between(read, _POSITIONS), POINTS)
         poses = np.tile(rig.model.qpos0, (POINTS, 1))
         poses[:, rig.position_addresses[j]] = at
-        arms = np.array([moment_arms(rig, pose) for pose in poses])  # (n, m, j)
+        arms = moment_arms(rig, poses)  # (n, m, j)
         over = np.abs(arms).max(axis=0) > 0.0
         alone = [m for m, row in enumerate(over) if row[j] and np.count_nonzero(row) == 1]
         if alone:
-            lengths = np.array([tendon_lengths(rig, pose)[alone[0]] for pose in poses])
+            lengths = tendon_lengths(rig, poses)[:, alone[0]]
             found.append(
                 JointPlace(
                     joint=joint,

@@ -40,7 +40,7 @@ from pamsim.diagnosis.by_link.promise import (
     seen_in,
     shares_by_link,
 )
-from pamsim.diagnosis.by_link.remainder import ALPHA, Remainder
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
 
 _RIVALS = 3  # effects that are fitted in the place of one
@@ -213,6 +213,7 @@ def _judged(
         others=gain_of_others(one, needed),
         missed=all_missed,
         at_end=one.effect.at_end(model.values),
+        limits=one.found.limits,
     )
 
 
@@ -235,8 +236,7 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
             links = case.seen_in(effect)
             before = float(np.mean([size for link, size in case.before.items() if link in links]))
             one = Needed(effect, links, rest, before, unseen.better(model, rest, links))
-            there = one.found.p_value <= ALPHA and one.found.gain > 0.0
-            (needed if there else idle).append(one)
+            (needed if one.found.certain else idle).append(one)
         if not idle:
             return model, needed
         model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
@@ -276,7 +276,13 @@ def number_instead(case: Case, model: LinkModel, one: Needed) -> Instead | None:
 def compared(case: Case, fit: LinkModel, model: LinkModel, one: Needed) -> Rival:
     """A fit with something else in the place of an effect, and how much worse it predicts."""
     worse = case.unseen.worse(fit, model, one.rest, one.links)
-    return Rival(effect=fit.effects[-1], model=fit, excess=worse.gain, p_value=worse.p_value)
+    return Rival(
+        effect=fit.effects[-1],
+        model=fit,
+        excess=worse.gain,
+        p_value=worse.p_value,
+        limits=worse.limits,
+    )
 
 
 def pairs_of_effects(

@@ -26,8 +26,8 @@ from dataclasses import dataclass, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.criteria import TIE
 
@@ -68,16 +68,18 @@ class Rival:
         model: fitted with it.
         excess: by how much it predicts worse, mean over the held-out trials [noise variance].
         p_value: of one that predicts as well.
+        limits: from which it is certainly worse.
     """
 
     effect: Candidate
     model: LinkModel
     excess: float
     p_value: float
+    limits: Limits = USUAL
 
     def ties(self) -> bool:
         """Whether it may be the cause instead."""
-        return self.p_value > ALPHA or self.excess <= 0.0
+        return self.p_value > self.limits.alpha or self.excess <= 0.0
 
     def preferred_to(self, model: LinkModel) -> bool:
         """Whether it takes the effect's place in a model.
@@ -134,6 +136,7 @@ class Judged:
         upstream: an effect before the sensors for which it and the error of another sensor are both
             mistaken, where one of their formulas is inexact.
         instead: number of the rig that takes up most of an effect of which nothing is certain.
+        limits: from which something is certain.
     """
 
     effect: Candidate
@@ -153,6 +156,7 @@ class Judged:
     second: bool = False
     upstream: str = ""
     instead: Instead | None = None
+    limits: Limits = USUAL
 
     @property
     def share(self) -> float:
@@ -163,7 +167,7 @@ class Judged:
         """Which levels of the name hold."""
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties()]
-        there = self.p_value <= ALPHA and min(self.gain, self.before) > 0.0
+        there = self.p_value <= self.limits.alpha and min(self.gain, self.before) > 0.0
         there = there and not self.at_end and not self.upstream
         shown = {
             "name": self.named and not self.second,

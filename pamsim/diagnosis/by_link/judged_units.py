@@ -12,8 +12,8 @@ from pamsim.comparison.noise_floor import LAG, FloorRoute
 from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_model import as_columns
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
@@ -34,7 +34,7 @@ show it. What an effect does that is less than this changes is then not claimed.
 
 
 def held_out_split(
-    data: CalibrationData, wanted: Sequence[str]
+    data: CalibrationData, wanted: Sequence[str], limits: Limits = USUAL
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Split off what to judge by.
 
@@ -42,6 +42,7 @@ def held_out_split(
         data: the recordings.
         wanted: names of trials or protocols; if there are none, protocols whose name ends in
             ``_check``, or else every second repeat, or else as `judged_trials`.
+        limits: of what is claimed by them.
 
     Returns:
         Names of the trials that are held out, none of a few inputs that were recorded once; and
@@ -69,37 +70,43 @@ def held_out_split(
         if seen[protocol] % 2 == 0:
             second.append(name)
     if not second:
-        return tuple(judged_trials(data.trials, ())), ()
+        return tuple(judged_trials(data.trials, (), limits)), ()
     return tuple(second), (
         "no protocol is held out (by a name that ends in _check, or by choice), so every second"
         " repeat is; this does not show whether the result holds for other inputs",
     )
 
 
-def judged_trials(trials: Sequence[Trial], held_out: Collection[str]) -> dict[str, Trial]:
+def judged_trials(
+    trials: Sequence[Trial], held_out: Collection[str], limits: Limits = USUAL
+) -> dict[str, Trial]:
     """Trials that are held out; every second one if none is named and there are enough."""
     found = {trial.name: trial for trial in trials if trial.name in held_out}
     if len(found) == len(trials):
         raise InputError("all trials are held out, none is left to fit; name fewer in `hold_out`")
-    if not found and len(trials) >= 2 * fewest_units(ALPHA):
+    if not found and len(trials) >= 2 * fewest_units(limits.alpha):
         return {trial.name: trial for k, trial in enumerate(trials) if second_half(k)}
     return found
 
 
-def units_of(simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str]) -> Units:
+def units_of(
+    simulator: ChainSimulator,
+    trials: Sequence[Trial],
+    judged: Collection[str],
+    limits: Limits = USUAL,
+) -> Units:
     """Trials, or parts of them if fewer are held out than decide anything."""
-    fewest = fewest_units(ALPHA)
-    if len(judged) >= fewest:
+    if len(judged) >= fewest_units(limits.alpha):
         inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
         repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())
         varying = None if repeated else _log_variation(simulator)
-        return whole_trials(simulator, judged, input_of=inputs, varying=varying)
+        return whole_trials(simulator, judged, input_of=inputs, varying=varying, limits=limits)
     return parts_of_trials(
         simulator,
         judged,
         gap=_memory(simulator, trials),
         varying=_log_variation(simulator),
-        fewest=fewest,
+        limits=limits,
     )
 
 

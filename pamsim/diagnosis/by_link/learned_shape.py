@@ -28,7 +28,6 @@ from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
@@ -37,7 +36,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
 from pamsim.recordings.trial import Trial
 
-_WEAKEST = 1e-3  # a direction of control values that is seen less, relative, begins at 0
+_WEAKEST = 1e-3  # a direction of control values that is seen less, relative, promises nothing
 _TYPICAL = {
     Kind.POSITION: 5.0,
     Kind.RATE: 5.0,
@@ -54,9 +53,7 @@ _PART = {
 }
 """Part of the chain in which a kind of curve acts."""
 
-_FARTHEST, _MOST = 20.0, 400.0
-"""What a fit begins with at most, since promises are of first order, and the largest value that is
-sought, in typical ones."""
+_MOST = 400.0  # largest control value that is sought, in typical ones
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,25 +125,23 @@ def learned_shape(
     as_stated = LinkFitter(simulator, (), units)
     used = fitter
 
-    def with_curves(kinds: Sequence[Kind]) -> tuple[Candidate, ...]:
-        return *begin.effects, *(shapes[kind] for kind in kinds)
+    def fitted(by: LinkFitter, kinds: Sequence[Kind]) -> LinkModel | None:
+        # From no curve: what a large effect promises to first order is far off.
+        chosen = [shapes[kind] for kind in kinds]
+        start = {p.name: 0.0 for shape in chosen for p in shape.parameters}
+        return by.fit(begin, (*begin.effects, *chosen), start, behind)
 
     # One curve first: where it leaves something, two must predict better.
     for offers in _promised(fitter, begin, shapes, behind):
-        fits = [
-            (fit, kinds, start)
-            for kinds, start in offers
-            if (fit := as_stated.fit(begin, with_curves(kinds), start, behind)) is not None
-        ]
+        fits = [(fit, kinds) for kinds in offers if (fit := fitted(as_stated, kinds)) is not None]
         if not fits:
             break
-        nearest, kinds, start = min(fits, key=lambda one: one[0].criterion)
-        fit, something_left = nearest, True
+        nearest, kinds = min(fits, key=lambda one: one[0].criterion)
+        something_left = True
         for one in (as_stated, fitter):
-            if one is fitter:
-                fit = one.fit(begin, with_curves(kinds), start, behind)
+            fit = nearest if one is as_stated else fitted(one, kinds)
             better = None if fit is None else unseen.better(fit, best, behind)
-            if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
+            if fit is not None and better and better.certain:
                 used, best, found, learned_over = one, fit, found or better, kinds
             something_left = any(unseen.remainders(best)[link].counts for link in behind)
             if not something_left:
@@ -206,8 +201,8 @@ def _promised(
     begin: LinkModel,
     shapes: Mapping[Kind, Candidate],
     links: frozenset[Link],
-) -> Iterator[list[tuple[tuple[Kind, ...], dict[str, float]]]]:
-    """Kinds of curves that are worth a fit, and the control values that this begins with [SI].
+) -> Iterator[list[tuple[Kind, ...]]]:
+    """Kinds of curves that are worth a fit.
 
     Single ones come first, then pairs, as long as they promise more. Every control value costs what
     a parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
@@ -222,26 +217,22 @@ def _promised(
     left = project_out(basis, begin.rows)
     cost = float(np.log(left.size))
 
-    def promise(kinds: tuple[Kind, ...]) -> tuple[float, tuple[Kind, ...], dict[str, float]]:
-        typical = {p.name: _TYPICAL[kind] for kind in kinds for p in shapes[kind].parameters}
-        names = list(typical)
+    def left_by(kinds: tuple[Kind, ...]) -> float:
+        names = [p.name for kind in kinds for p in shapes[kind].parameters]
         own = project_out(basis, np.column_stack([columns[name] for name in names]))
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
-        after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
-        scaled = share.clip(-_FARTHEST, _FARTHEST).tolist()
-        start = {name: typical[name] * value for name, value in zip(names, scaled, strict=True)}
-        return after, kinds, start
+        return float(np.sum((left + own @ share) ** 2)) + len(names) * cost
 
     nothing = least = float(left @ left)
     for count in (1, 2):
-        promised = [promise(kinds) for kinds in combinations(shapes, count)]
-        best = min((after for after, _, _ in promised), default=least)
+        promised = {kinds: left_by(kinds) for kinds in combinations(shapes, count)}
+        best = min(promised.values(), default=least)
         if best >= least:
             return
         least = best
         # Promises are of first order, so that the nearest kind need not promise most.
         worth = nothing - WORTH * (nothing - best)
-        yield [(kinds, start) for after, kinds, start in promised if after <= worth]
+        yield [kinds for kinds, after in promised.items() if after <= worth]
 
 
 def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:

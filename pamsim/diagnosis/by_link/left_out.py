@@ -33,7 +33,7 @@ from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.promise import Signature
-from pamsim.diagnosis.by_link.remainder import ALPHA, Remainder
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together
@@ -68,6 +68,7 @@ class LeftOut:
             raise InputError("rows are exchanged one by one; give each as a unit of its own")
         self._fitter, self._known = fitter, tuple(known)
         self._near, self._seed = near, seed
+        self._limits = fitter.units.limits
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Loss of each row of each link, (n,); 1 is noise."""
@@ -94,7 +95,8 @@ class LeftOut:
             float(compare_effects([step], seed=self._seed).p_value[0]),
             float(found.p_value[0]),
         )
-        return Difference(gain=float(found.gain[0]), p_value=max(p_values))
+        gain = float(found.gain[0])
+        return Difference(gain=gain, p_value=max(p_values), limits=self._limits)
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -109,9 +111,9 @@ class LeftOut:
         left = [one for link, one in self.remainders(model).items() if link in links]
         if gain <= max(one.certain for one in left):
             p_value = 1.0
-        elif self._adds(rival, model, rest, rows) > ALPHA:
+        elif self._adds(rival, model, rest, rows) > self._limits.alpha:
             p_value = self._adds(model, rival, rest, rows)
-        return Difference(gain=gain, p_value=p_value)
+        return Difference(gain=gain, p_value=p_value, limits=self._limits)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What near rows of every link miss together."""
@@ -122,7 +124,7 @@ class LeftOut:
             excess, p_value = missed_together(
                 model.rows[rows], _free_columns(model)[rows], near, seed=self._seed
             )
-            found[link] = Remainder(excess=excess, p_value=p_value)
+            found[link] = Remainder(excess=excess, p_value=p_value, limits=self._limits)
         return found
 
     def _beside(self, model: LinkModel, links: Collection[Link]) -> FreeForms:

@@ -56,6 +56,7 @@ class LinkFitter:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
         counts: whitened rows of each link, (links,).
+        material: fall of each link's sum of squares from which an effect is material, (links,).
     """
 
     def __init__(
@@ -71,6 +72,7 @@ class LinkFitter:
         self._finer, self.short = finer, short
         self.link_of = units.fitted.link_of
         self.counts = self.by_link(np.ones(self.link_of.size))
+        self.material = units.limits.material * self.counts
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
             for name in nuisance

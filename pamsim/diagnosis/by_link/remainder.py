@@ -10,15 +10,7 @@ import numpy as np
 from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import repeated_misfit, shared_p_values
 from pamsim.core.units import FloatArray
-
-ALPHA = 0.05
-"""Probability that an effect that is not there is claimed, that a level is said to be certain that
-is not, or that what noise leaves is taken for something that is missing."""
-
-LEAST = 0.05
-"""Mean square from which a remainder counts, in variances of the noise. Measured pressures and
-motion are imposed smoothed, which misses some of their corners in the same way in all repeats: with
-the true parameters of training cases that left up to 0.04."""
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,16 +24,18 @@ class Remainder:
         known: whether repeats show it. Without them slow noise, and what differs from log to log,
             look like something that is left, and a fit that has followed them looks like nothing:
             neither is evidence.
+        limits: from which it counts.
     """
 
     excess: float
     p_value: float
     known: bool = True
+    limits: Limits = USUAL
 
     @property
     def counts(self) -> bool:
-        """Whether it is certain (`ALPHA`) and material (`LEAST`)."""
-        return self.p_value <= ALPHA and self.excess >= LEAST
+        """Whether it is certain and material."""
+        return self.p_value <= self.limits.alpha and self.excess >= self.limits.least
 
     @property
     def certain(self) -> float:
@@ -56,7 +50,7 @@ class Remainder:
     @property
     def undecided(self) -> bool:
         """Whether something material is left that may be noise: no repeats decide it."""
-        return not self.known and self.excess >= LEAST
+        return not self.known and self.excess >= self.limits.least
 
     @property
     def excluded(self) -> bool:
@@ -68,6 +62,7 @@ def remainders(
     rows: Mapping[Link, Sequence[Mapping[str, FloatArray]]],
     losses: Mapping[Link, FloatArray],
     *,
+    limits: Limits = USUAL,
     seed: int = 0,
 ) -> dict[Link, Remainder]:
     """What a model leaves in the held-out units of every link.
@@ -75,6 +70,7 @@ def remainders(
     Args:
         rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
         losses: mean square of the rows of every link in every unit, (u,).
+        limits: from which something counts.
         seed: random seed of the sign flips.
     """
     misfits = {
@@ -84,10 +80,10 @@ def remainders(
     repeated = {link: own for link, own in misfits.items() if own}
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
     found = {
-        link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False)
+        link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False, limits=limits)
         for link, loss in losses.items()
     }
     for (link, own), p_value in zip(repeated.items(), p_values, strict=True):
         excess = float(np.mean([one.shared for one in own]))
-        found[link] = Remainder(excess=excess, p_value=p_value)
+        found[link] = Remainder(excess=excess, p_value=p_value, limits=limits)
     return found

@@ -18,8 +18,7 @@ from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, wri
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.effect_entry import EffectEntry, SuspectEntry
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
-from pamsim.diagnosis.by_link.remainder import ALPHA
-from pamsim.diagnosis.by_link.search import MATERIAL
+from pamsim.diagnosis.by_link.limits import ALPHA, MATERIAL
 from pamsim.diagnosis.by_link.sentence import verdict_sentence
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
@@ -197,7 +196,7 @@ class LinkReport:
         next_experiment: None if the question is settled.
         warnings: what a reader should know, one sentence each.
         alpha: level of all tests.
-        material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
+        material: fall of a link's mean square below which no effect is reported [noise variance].
         run: what was diagnosed, and how; None where it is not stated.
         repaired_rig: folder of the repaired rig once it is saved.
         rows: of a table at rest.

@@ -28,11 +28,6 @@ from pamsim.diagnosis.by_link.promise import (
     seen_in,
     signatures,
 )
-from pamsim.diagnosis.by_link.remainder import LEAST
-
-MATERIAL = 0.02
-"""Fall of the mean square of the whitened rows of some link, from which an effect is material, in
-variances of the noise: a signal of a seventh of the noise's amplitude."""
 
 _OF_LEFT = 0.1
 """Share of what is left in that link, other forms free, that an effect must promise: of some fifty
@@ -73,26 +68,26 @@ def search(
     fitter: LinkFitter,
     candidates: Sequence[Candidate],
     *,
-    material: float = MATERIAL,
     steps: Steps,
 ) -> Searched:
     """Find the effects that a rig is missing, among candidates in all of their forms."""
-    known = _screened(fitter, fitter.stated, candidates, material)
+    least = fitter.units.limits.least
+    known = _screened(fitter, fitter.stated, candidates)
     base = fitter.stated
     for link in fitter.simulator.links:
         base = fitter.fit(base, (), {}, {link}) or base
     # Where a nuisance parameter stands in for an effect, what this would do beside it is not seen
     # about the rig as it is.
-    again = _seen_where_better(fitter, base, candidates, known, material)
-    about_base = _screened(fitter, base, again, material, known)
+    again = _seen_where_better(fitter, base, candidates, known)
+    about_base = _screened(fitter, base, again, known)
     known = known + about_base
     model, now, all_forms = fitter.stated, known, False
     while len(model.effects) < _ROUNDS:
-        left, worth = _worth_fitting(fitter, model, now, known, material)
+        left, worth = _worth_fitting(fitter, model, now, known)
         if not model.effects:
-            left, beside_base = _worth_fitting(fitter, base, about_base, known, material)
+            left, beside_base = _worth_fitting(fitter, base, about_base, known)
             worth = sorted([*worth, *beside_base], key=lambda promise: -promise.gain)
-        more_left = np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * fitter.counts)
+        more_left = np.any(fitter.by_link(left**2) >= (1.0 + least) * fitter.counts)
         if not worth and not all_forms and more_left:
             # An effect's usual form at its first size may look like nothing: a ripple with another
             # pitch than the chain's.
@@ -107,7 +102,7 @@ def search(
         fits = best_fits(fitter, model, rivals, known, steps=steps)
         best = min(fits, key=lambda fit: fit.criterion, default=None)
         if best is None or not np.any(
-            fitter.by_link(model.rows**2 - best.rows**2) >= material * fitter.counts
+            fitter.by_link(model.rows**2 - best.rows**2) >= fitter.material
         ):
             break
         model = in_best_forms(fitter, fitter.everywhere(best), known, steps=steps)
@@ -213,7 +208,6 @@ def _screened(
     fitter: LinkFitter,
     about: LinkModel,
     candidates: Sequence[Candidate],
-    material: float,
     known: Sequence[Signature] = (),
 ) -> list[Signature]:
     """Signatures about a model: of every effect, and of all unknown forms of what promises."""
@@ -229,7 +223,7 @@ def _screened(
         p.effect.name
         for p in found
         if any(p.gain >= CONTENDS * largest[link] for link in seen[p.effect.name])
-        and np.any(_falls(fitter, p, left) >= CONTENDS * (material * fitter.counts))
+        and np.any(_falls(fitter, p, left) >= CONTENDS * fitter.material)
     }
     more = [effect for effect in candidates if effect.name in wide]
     return first + signatures(fitter, about, _untried(more, [*known, *first]))
@@ -240,10 +234,9 @@ def _seen_where_better(
     base: LinkModel,
     candidates: Sequence[Candidate],
     known: Sequence[Signature],
-    material: float,
 ) -> list[Candidate]:
     """Effects seen in links that the nuisance parameters alone make materially better."""
-    falls = fitter.by_link(fitter.stated.rows**2 - base.rows**2) >= material * fitter.counts
+    falls = fitter.by_link(fitter.stated.rows**2 - base.rows**2) >= fitter.material
     better = {link for link, fell in zip(fitter.simulator.links, falls, strict=True) if fell}
     return [effect for effect in candidates if seen_in(fitter, known, effect.name) & better]
 
@@ -277,12 +270,11 @@ def _worth_fitting(
     model: LinkModel,
     now: Sequence[Signature],
     known: Sequence[Signature],
-    material: float,
 ) -> tuple[FloatArray, list[Promise]]:
     """Rows (f,) that neither a model nor other forms take away, and promises beside it to fit."""
     left, found = promises(model, now, forms_of(fitter, model, known))
     unknown = fitter.by_link(left**2) - fitter.counts
-    least = np.maximum(material * fitter.counts, _OF_LEFT * unknown)
+    least = np.maximum(fitter.material, _OF_LEFT * unknown)
     return left, [p for p in found if np.any(_falls(fitter, p, left) >= least)]
 
 

@@ -11,7 +11,6 @@ from pamsim.comparison.links import in_links
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeated_misfit import smallest_p_value
 from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
-from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.inference.model_comparison import fewest_units
 
@@ -93,6 +92,7 @@ def _learned(result: LinkReport) -> list[str]:
 def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
     """How the noise was estimated, and what is judged, where it is not repeats and trials."""
     notes: list[str] = []
+    alpha = units.limits.alpha
     for source, known in _KNOWN_BY.items():
         channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)
         if channels:
@@ -108,7 +108,7 @@ def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[s
         repeated = all(one.source is FloorRoute.REPEATS for one in noise.values())
         notes.append(
             "whether anything is left cannot be decided from parts of trials, so that names are"
-            f" certain to the family at most; hold out {fewest_units(ALPHA)} trials or more"
+            f" certain to the family at most; hold out {fewest_units(alpha)} trials or more"
             if repeated
             else "whether anything is left cannot be decided without repeats, so that names are"
             " certain to the family at most; record every input three times or more"
@@ -117,7 +117,7 @@ def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[s
     counts = Counter(units.input(unit) for unit in units.judged.units).values()
     # A held-out trial that no other repeats is judged beside a fitted one.
     least = smallest_p_value(counts if max(counts) > 1 else [2] * len(counts))
-    if least <= ALPHA:
+    if least <= alpha:
         return ()
     return (
         f"{len(units.judged.units)} held-out trials show what is left at p = {least:.2g} at"

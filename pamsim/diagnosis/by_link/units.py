@@ -26,7 +26,9 @@ from numpy.typing import NDArray
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.inference.blocks import Block, cut, fitted_runs, most_parts, unit_names, whitened
+from pamsim.inference.model_comparison import fewest_units
 
 MOST = 24
 """Parts of all trials together, at most: flips of twelve judged ones reach a p-value of 0.0002, and
@@ -78,9 +80,11 @@ class Units:
         input_of: trial -> name of its input; that of its group of repeats if left out.
         varying: (N, k) change of the residual with what differs from log to log, each at its
             standard deviation [SI]; None where repeats show it.
+        limits: of what is claimed and reported by them.
 
     Attributes:
         fitted, judged: rows.
+        limits: as given.
         in_parts: whether units are parts of trials.
         varies: whether what differs from log to log is assumed.
     """
@@ -94,7 +98,9 @@ class Units:
         trial_of: Mapping[str, str] | None = None,
         input_of: Mapping[str, str] | None = None,
         varying: FloatArray | None = None,
+        limits: Limits = USUAL,
     ) -> None:
+        self.limits = limits
         self._trial_of = trial_of or {}
         groups = {trial.name: group.name for group in simulator.repeats for trial in group.trials}
         self._input_of = {**groups, **(input_of or {})}
@@ -162,6 +168,7 @@ def whole_trials(
     *,
     input_of: Mapping[str, str] | None = None,
     varying: FloatArray | None = None,
+    limits: Limits = USUAL,
 ) -> Units:
     """Trials as units, those that are held out to judge by; otherwise as `Units`."""
     pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
@@ -171,6 +178,7 @@ def whole_trials(
         [(block, link) for block, link in pairs if block.unit in held_out],
         input_of=input_of,
         varying=varying,
+        limits=limits,
     )
 
 
@@ -180,7 +188,7 @@ def parts_of_trials(
     *,
     gap: int,
     varying: FloatArray,
-    fewest: int,
+    limits: Limits = USUAL,
 ) -> Units:
     """Parts of trials as units.
 
@@ -189,7 +197,7 @@ def parts_of_trials(
         held_out: names of the trials to judge by; if there are none, half of all parts.
         gap: rows between parts.
         varying: see `Units`.
-        fewest: units that judgement needs.
+        limits: see `Units`; judgement needs as many units as its level.
 
     Raises:
         InputError: trials that are too short for so many parts.
@@ -218,13 +226,14 @@ def parts_of_trials(
             runs = () if held_out else fitted_runs(block, parts, gap)
             fitted += [(run, link) for run in runs]
             trial_of |= {part.unit: name for part in (*parts, *runs)}
-    units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying)
+    units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying, limits=limits)
+    fewest = fewest_units(limits.alpha)
     if len(units.judged.units) < fewest or not fitted:
         raise InputError(
             f"too short to judge by: {len(sizes)} trials of {sum(sizes.values())} samples give"
-            f" {len(units.judged.units)} of the {fewest} independent parts that are needed, since"
-            f" their noise is correlated over {gap} samples; record more inputs or more repeats, or"
-            " four times as long"
+            f" {len(units.judged.units)} of the {fewest} independent parts that a level of"
+            f" {100.0 * limits.alpha:g} % needs, since their noise is correlated over"
+            f" {gap} samples; record more inputs or more repeats, or four times as long"
         )
     return units
 

@@ -12,14 +12,18 @@ is not, a size is that of the whole chain, with an interval that holds the one b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.compared_signal import Comparison, comparisons_of, shown_unit
+from pamsim.comparison.compared_signal import (
+    Comparison,
+    comparisons_of,
+    pooled_rms,
+    shown_unit,
+)
 from pamsim.comparison.links import Link
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
@@ -131,17 +135,10 @@ def _gap(
         found[channel] = ChannelGap(
             unit=unit,
             floor=floor[channel] * scale,
-            before=_rms([(part.rms(part.before), part.measured.size) for part in own]),
-            after=_rms([(part.rms(part.after), part.measured.size) for part in own]),
+            before=pooled_rms(own, "before"),
+            after=pooled_rms(own, "after"),
         )
     return found
-
-
-def _rms(levels: list[tuple[float | None, int]]) -> float | None:
-    """Root mean square of all samples, by that of each trial and its number of samples."""
-    known = [(level, count) for level, count in levels if level is not None]
-    squares = sum(level**2 * count for level, count in known)
-    return math.sqrt(squares / sum(count for _, count in known)) if known else None
 
 
 def in_whole_chain(
@@ -167,6 +164,7 @@ def left_in_both(
             excess=min(one.excess, max(other.excess for other in whole)),
             p_value=max(one.p_value, min(other.p_value for other in whole)),
             known=one.known and all(other.known for other in whole),
+            limits=one.limits,
         )
         for link, one in by_link.items()
     }

@@ -14,6 +14,7 @@ from pamsim.comparison.experiments import (
     on_steps,
     sensed_signals,
 )
+from pamsim.comparison.link_inputs import link_inputs
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
@@ -114,6 +115,51 @@ def test_simulate_write_read_simulate_gives_the_same_signals(rig, tmp_path, kind
     for channel, values in read.measured.items():
         scale = np.max(np.abs(values))
         np.testing.assert_allclose(again[channel], values, rtol=0, atol=1e-6 * scale)
+
+
+def test_an_encoder_whose_sign_a_log_turned_reads_high_and_its_comparison_misses_nothing(
+    rig, tmp_path
+):
+    """It counts up to the angle then; taken as counting down the mean would be an increment off."""
+    experiment = Experiment(
+        drive="pressure_set",
+        command_time=np.array([0.0, 0.2, 0.6]),
+        command_value=np.array([[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]]),
+        start_pressure=np.array([3e5, 3e5]),
+        duration=1.0,
+        sample_rate=1000.0,
+        load=1.2,
+    )
+    run = pamsim.simulate(rig, experiment)
+    step = 2.0 * np.pi / rig.sensor.encoder_increments
+    mounted_turned = np.floor(-run.angle / step) * step
+    own = {"t": run.time, "p_1": run.pressure[:, 0], "p_2": run.pressure[:, 1]}
+    log = np.column_stack([*own.values(), mounted_turned])
+    names = ",".join([*own, "beta"])
+    np.savetxt(tmp_path / "log.csv", log, fmt="%.9g", delimiter=",", header=names, comments="")
+    index = """schema = "pamsim-recording/2"
+rig = "mas20_arm"
+[columns]
+time = { column = "t", unit = "s" }
+"shaft.angle" = { column = "beta", unit = "rad", sign = -1 }
+"muscle_1.pressure" = { column = "p_1", unit = "Pa" }
+"muscle_2.pressure" = { column = "p_2", unit = "Pa" }
+[[trial]]
+file = "log.csv"
+protocol = "steps"
+drive = "measured"
+load_kg = 1.2
+"""
+    (tmp_path / "recording.toml").write_text(index, encoding="utf-8")
+    (read,) = read_calibration_data([tmp_path]).of_rig(rig).trials
+    assert read.turned == {"angle"}
+    seen = at_times(run, read, rig.sensor)["angle"] - read.measured["angle"]
+    assert abs(seen.mean()) < 0.05 * step
+    imposed = link_inputs(rig, read).positions["shaft"]
+    assert abs(np.mean(imposed - run.angle)) < 0.1 * step
+    unmarked = dataclasses.replace(read, turned=frozenset())
+    off = at_times(run, unmarked, rig.sensor)["angle"] - read.measured["angle"]
+    assert off.mean() == pytest.approx(-step, rel=0.05)
 
 
 def test_signals_are_interpolated_to_the_trials_own_times(rig):

@@ -80,11 +80,45 @@ def test_a_loop_is_designed_for_the_muscle_at_its_length(tmp_path):
         load=100.0,  # holds the rail at its lower end, where it is at first
     )
     pressure = pamsim.simulate(bench, fill).pressure[:, 0]
-    loop = PressureLoop.for_rig(bench, period=PERIOD, common_pressure=low, closed_loop_time=time)
+    (loop,) = PressureLoop.for_rig(bench, period=PERIOD, common_pressure=low, closed_loop_time=time)
     assert (pressure[4] - pressure[0]) / 4e-3 == pytest.approx(1.0 / (loop.gain * time), rel=0.02)
     control = JointControl.for_rig(bench, closed_loop_time=0.1, common_pressure=low)
     band = bench.muscles["lifter"].valve.regulator_band
     assert control.laws[0].integral_time > 0.5 * band * loop.gain * time
+
+
+class Held:
+    """Commands the same pressure of both muscles."""
+
+    command = "pressure_set"
+
+    def start(self, first):
+        return ()
+
+    def step(self, observation, memory):
+        return (LEVEL, LEVEL), memory
+
+
+def test_muscles_with_other_valves_have_a_loop_each(rig):
+    """With the loop of the other, the pressure behind a narrow valve would follow as late."""
+    narrow = {
+        f"muscle_2:valve.{name}": 0.3 * getattr(rig.muscles["muscle_2"].valve, name)
+        for name in ("conductance_fill", "conductance_exhaust")
+    }
+    pair = rig.with_parameters(narrow)
+    time = 0.04
+    inner = PressureLoop.for_rig(pair, period=PERIOD, common_pressure=LEVEL, closed_loop_time=time)
+    assert inner[1].gain == pytest.approx(inner[0].gain / 0.3, rel=1e-6)
+    cascade = Cascade(outer=Held(), inner=inner)
+    rates = [full_rates(parameters(muscle), 0.0, LEVEL) for muscle in pair.muscles.values()]
+    fastest = np.array([max(fill, -exhaust) for fill, exhaust in rates])
+    pressure = np.full(2, LEVEL - 2e3)  # so near that neither valve opens fully
+    memory = cascade.start(observe(pressure=tuple(pressure)))
+    for _ in range(round(time / PERIOD)):
+        openings, memory = cascade.step(observe(pressure=tuple(pressure)), memory)
+        pressure += fastest * PERIOD * np.array(openings)
+    assert pressure[1] == pytest.approx(pressure[0], abs=1.0)
+    assert pressure[0] > LEVEL - 1e3
 
 
 def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
@@ -101,7 +135,7 @@ def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
 def test_what_does_not_fit_is_refused(rig):
     outer = Pid(split=SPLIT, period=PERIOD, gain=1e5)
     with pytest.raises(InputError, match="must command pressure"):
-        Cascade(outer=Cascade(outer=outer, inner=LOOP), inner=LOOP)
+        Cascade(outer=Cascade(outer=outer, inner=(LOOP, LOOP)), inner=(LOOP, LOOP))
     with pytest.raises(InputError, match="samples every"):
         PressureLoop.for_rig(rig, period=PERIOD, common_pressure=LEVEL, closed_loop_time=0.03)
     # At an end of the supply valves can only raise a pressure, or only lower it.

@@ -95,3 +95,18 @@ def test_an_order_that_is_asked_for_is_the_only_one_and_a_trial_is_no_response(t
     refuses("is negative; name the column magnitude_db", identify, path)
     path.write_text("time_s,magnitude,phase_deg\n1,2,3\n2,3,4\n")
     refuses("no frequency response: name columns", identify_frequency_response, read_columns(path))
+
+
+@pytest.mark.parametrize("gain", [2.0, -0.5])
+@pytest.mark.parametrize("noise", [0.0, 1e-12, 0.02])
+def test_a_pure_gain_is_recommended_as_one(gain, noise, tmp_path):
+    """Also of exact readings, whose residual is rounding and the same at every frequency."""
+    draw = np.random.default_rng(1).normal(size=(2, W.size))
+    response = gain * (1.0 + noise * (draw[0] + 1j * draw[1]))
+    path = tmp_path / "bode.csv"
+    path.write_text(text("omega_rad_s,real,imag", W, response.real, response.imag))
+    for order in (None, 0):
+        result = pamsim.identify(path, order=order)
+        assert result.best == "order_0", result.reason
+        assert result.shown["K"].value == pytest.approx(gain, rel=2.0 * max(noise, 1e-6))
+        assert len(result.shown.poles) == 0

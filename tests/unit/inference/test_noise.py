@@ -232,3 +232,15 @@ def test_few_samples_prefer_few_unknowns_unless_they_miss_nearly_all():
         scores = aicc_above_best([0.36, 2e-4, 1.9e-4], [2.0, 4.0, 12.0], samples)
         assert scores[1] == 0.0, samples
         assert aicc_above_best([1.0, 0.0], [1.0, 2.0], samples)[1] == 0.0  # no error at all
+
+
+def test_noise_that_hardly_fades_has_a_finite_correlation_time():
+    """Its coefficients sum to 1 to rounding, as if it never faded: its reflections do not."""
+    slow = ArNoise((-0.9999,) * 6, 1.0)
+    assert 1.0 - sum(slow.coefficients) == pytest.approx(0.0, abs=1e-15)
+    assert slow.correlation_time(2.0) == pytest.approx((1.9999 / 1e-4) ** 6, rel=1e-9)
+    for reflections in ((-0.5,), (-0.5, 0.3), (0.2, -0.4, 0.1)):
+        own = ArNoise(reflections, 3.0)
+        covariance = own.autocovariance(2000)
+        total = covariance[0] + 2.0 * covariance[1:].sum()  # spectral density at frequency 0
+        assert own.correlation_time(1.0) == pytest.approx(0.5 * total / covariance[0], rel=1e-9)

@@ -160,6 +160,16 @@ def test_a_bad_table_is_one_clear_line(read):
             read(changed(**beyond), VALVE)
 
 
+def test_sealed_muscles_of_which_nothing_is_recorded_are_asked_for_their_pressures(read):
+    """Their number is not known; the air is known by the pressure at its start."""
+    sealed = INDEX.replace("pressure_set", "sealed")
+    bare = {name: P[name] for name in ("time_s", "angle_deg")}
+    with refused("staircase_1.csv: drive = 'sealed'", "record that of each, as p1_kpa or NAME_kpa"):
+        read(bare, sealed)
+    (trial,) = read(bare | {"p1_kpa": P["p1_kpa"], "p2_kpa": P["p2_kpa"]}, sealed).trials
+    assert trial.muscles == 2
+
+
 AGAIN = INDEX[INDEX.index("[[") :].replace('"staircase"', '"a"')
 BAD_INDEXES = {
     "schema": ('"pamsim-recording/1"', '"pamsim-recording/9"', "schema is 'pamsim-recording/9'"),

@@ -169,5 +169,8 @@ def test_the_offset_of_an_encoder_is_the_mean_of_its_error():
     offset = encoder_offset(reading, 2500.0)
     assert offset == pytest.approx(-math.pi / 2500.0, rel=1e-12)
     assert np.mean(reading - true) == pytest.approx(offset, abs=0.02 * abs(offset))
+    # A log whose sign was turned counts up to the angle.
+    assert encoder_offset(-reading, 2500.0, turned=True) == -offset
+    assert np.mean(-reading - -true) == pytest.approx(-offset, abs=0.02 * abs(offset))
     for seen, increments in ((true, 2500.0), (np.zeros(50), 2500.0), (reading, 0.0)):
         assert encoder_offset(seen, increments) == 0.0  # no steps to see

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pamsim.core.errors import InputError
 from pamsim.recordings.start_pressures import resting_rows, start_pressures
 from pamsim.recordings.trial import Trial
 
@@ -52,3 +53,12 @@ def test_where_air_flows_from_the_first_row_on_the_first_reading_is_the_start(dr
     assert resting_rows(one) == 1
     first = [one.measured[f"pressure_{i}"][0] for i in (1, 2)]
     assert start_pressures(one) == pytest.approx(first)
+
+
+def test_air_that_nothing_shows_is_asked_for_in_words_that_can_be_followed():
+    """A shut muscle has no command that could give its pressure."""
+    for drive, words in (("sealed", "record p2_kpa$"), ("valve", "record p2_kpa, or command")):
+        bare = trial(np.zeros((200, 2)), drive)
+        bare.measured.pop("pressure_2")
+        with pytest.raises(InputError, match=f"start pressure of muscle 2: {words}"):
+            start_pressures(bare)

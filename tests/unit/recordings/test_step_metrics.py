@@ -32,6 +32,22 @@ def test_second_order_step_overshoots_by_the_textbook_figure():
             assert metrics.reversal == pytest.approx(abs(gain) * (peak + peak**2), rel=1e-3)
 
 
+def test_what_is_still_on_its_way_has_overshot_nothing_and_what_turned_back_before_has():
+    """A record ends beyond the mean of its end where it goes on: that is no overshoot."""
+    slow = 1.0 - np.exp(-TIME / TIME[-1])
+    for gain in (1.0, -36.0):
+        for response in (TIME, TIME**2, slow):
+            metrics = step_metrics(TIME, 3.0 + gain * response)
+            assert math.isnan(metrics.settling_time)
+            assert metrics.overshoot == 0.0
+        swing = 0.3 * np.exp(-TIME / 0.5) * np.sin(8.0 * TIME) / slow.max()
+        fast = 1.0 - np.exp(-TIME / 0.05) + swing + 0.01 * slow
+        metrics = step_metrics(TIME, gain * fast)
+        beyond = (gain * fast).max() if gain > 0.0 else (gain * fast).min()
+        assert metrics.overshoot == pytest.approx(beyond / metrics.final - 1.0, rel=1e-9)
+        assert metrics.overshoot > 0.1
+
+
 def test_only_what_has_2_percent_or_less_left_is_settled():
     noise = np.random.default_rng(1).standard_normal(TIME.size)
     for constants in np.arange(2.0, 8.1, 0.5):

@@ -7,6 +7,7 @@ import pytest
 
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
+from pamsim.diagnosis.by_link.limits import USUAL
 from pamsim.diagnosis.by_link.sentence import evidence_notes
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried
 from tests.unit.diagnosis.by_link.toy_log import ToyLog
@@ -42,7 +43,7 @@ def test_what_differs_from_log_to_log_is_not_claimed():
     logs = [ToyLog(EFFECTS, seed=seed, variation=2.0) for seed in range(4)]
     assert not any(diagnosed(log, EFFECTS)[2] for log in logs)
     units = logs[0].units
-    logs[0].units = lambda: units(assumed=0.0)
+    logs[0].units = lambda limits: units(limits, assumed=0.0)
     assert "passive_stiffness" in diagnosed(logs[0], EFFECTS)[2]
 
 
@@ -84,6 +85,7 @@ def judged(*repeats):
         input=lambda unit: unit[0],
         in_parts=False,
         varies=False,
+        limits=USUAL,
     )
 
 

@@ -325,12 +325,12 @@ def ragged(planted, without):
     """A chain of which some trials do not measure the last link, as those without load cells."""
 
     class Ragged(ToyChain):
-        def units(self):
+        def units(self, limits):
             pairs = zip(self.blocks, self.link_of, strict=True)
             kept = [(b, n) for b, n in pairs if n == 0 or not without(self, b.unit)]
             blocks, link_of = zip(*kept, strict=True)
             shown = SimpleNamespace(repeats=self.repeats, blocks=blocks, link_of=link_of)
-            return whole_trials(shown, self.held_out)
+            return whole_trials(shown, self.held_out, limits=limits)
 
     return Ragged(tried("pressure_lag"), planted)
 

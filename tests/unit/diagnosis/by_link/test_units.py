@@ -7,6 +7,7 @@ import pytest
 
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.limits import Limits
 from pamsim.diagnosis.by_link.units import MOST, Units, parts_of_trials
 from pamsim.inference.blocks import Block, correlation_length
 from pamsim.inference.coloured_noise import ArNoise
@@ -29,9 +30,9 @@ def simulator(trials, rows, noise=SLOW):
     )
 
 
-def parts(chain, held_out=(), *, gap=10, fewest=5):
+def parts(chain, held_out=(), *, gap=10):
     none = np.empty((chain.size, 0))
-    return parts_of_trials(chain, held_out, gap=gap, varying=none, fewest=fewest)
+    return parts_of_trials(chain, held_out, gap=gap, varying=none)
 
 
 def rows_of(side):
@@ -81,7 +82,7 @@ def test_rows_are_independent_whatever_a_log_shares(judged):
     chain = simulator(("a", "b"), 60, ArNoise((), 1.0))
     varying = np.random.default_rng(0).normal(size=(chain.size, 3))
     held_out = () if judged == "half" else ["b"]
-    units = parts_of_trials(chain, held_out, gap=4, varying=varying, fewest=3)
+    units = parts_of_trials(chain, held_out, gap=4, varying=varying, limits=Limits(alpha=0.2))
     # Independent noise, and variations that the rows of a link in a log share.
     covariance = np.eye(chain.size)
     for name in ("a", "b"):

@@ -10,6 +10,7 @@ from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.limits import USUAL
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.units import whole_trials
@@ -81,8 +82,8 @@ class ToyChain:
     def _noise(self, rng):
         return rng.normal(size=len(self.blocks) * self.rows)
 
-    def units(self):
-        return whole_trials(self, self.held_out)
+    def units(self, limits=USUAL):
+        return whole_trials(self, self.held_out, limits=limits)
 
     def own_value(self, name):
         return rig_parameter(self.rig, name).value
@@ -136,13 +137,13 @@ class ToyChain:
         return total
 
 
-def fitter_of(chain):
-    return LinkFitter(chain, NUISANCE, chain.units())
+def fitter_of(chain, limits=USUAL):
+    return LinkFitter(chain, NUISANCE, chain.units(limits))
 
 
-def diagnosed(chain, effects):
+def diagnosed(chain, effects, limits=USUAL):
     """Fitter, and what is found: name -> judged effect."""
-    fitter = fitter_of(chain)
+    fitter = fitter_of(chain, limits)
     searched = search(fitter, effects, steps=STEPS)
     model, found = judge(fitter, searched, HeldOut(fitter), steps=STEPS)
     return fitter, model, {one.effect.name: one for one in found}

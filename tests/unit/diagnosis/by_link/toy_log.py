@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
+from pamsim.diagnosis.by_link.limits import USUAL
 from pamsim.diagnosis.by_link.units import parts_of_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
@@ -49,6 +50,6 @@ class ToyLog(ToyChain):
     def _varying(self):
         return 0.5 * self._shape(VARIES, ARMLINK)[:, np.newaxis]
 
-    def units(self, *, gap=GAP, assumed=1.0):
+    def units(self, limits=USUAL, *, gap=GAP, assumed=1.0):
         varying = assumed * self._varying()
-        return parts_of_trials(self, (), gap=gap, varying=varying, fewest=5)
+        return parts_of_trials(self, (), gap=gap, varying=varying, limits=limits)

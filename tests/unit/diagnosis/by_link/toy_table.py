@@ -78,9 +78,9 @@ def simulator(table, angle, variance=1e-4):
     )
 
 
-def diagnosed(table, angle, effects=LIBRARY, *, nuisance=("gain",), seed=0):
+def diagnosed(table, angle, effects=LIBRARY, *, nuisance=("gain",), **options):
     return diagnose_rest(
-        lambda variance, _: simulator(table, angle, variance), effects, nuisance, seed=seed
+        lambda variance, _: simulator(table, angle, variance), effects, nuisance, **options
     )
 
 
