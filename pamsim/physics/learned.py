@@ -11,8 +11,8 @@ from __future__ import annotations
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.spline import bump, curve_of_8, place
 
-LENGTH, SPEED = 16, 8
-"""Control forces of each curve: bends in a 15th of the range, a tooth or a detent of some degrees,
+LENGTH, SPEED = 24, 8
+"""Control forces of each curve: bends in a 23rd of the range, a tooth or a detent of some degrees,
 and in a seventh."""
 
 
@@ -37,6 +37,14 @@ class Learned(ParameterGroup, group="learned"):
     force_14: float = quantity("[-1e4, 1e4] N", "14th", 0.0)
     force_15: float = quantity("[-1e4, 1e4] N", "15th", 0.0)
     force_16: float = quantity("[-1e4, 1e4] N", "16th", 0.0)
+    force_17: float = quantity("[-1e4, 1e4] N", "17th", 0.0)
+    force_18: float = quantity("[-1e4, 1e4] N", "18th", 0.0)
+    force_19: float = quantity("[-1e4, 1e4] N", "19th", 0.0)
+    force_20: float = quantity("[-1e4, 1e4] N", "20th", 0.0)
+    force_21: float = quantity("[-1e4, 1e4] N", "21st", 0.0)
+    force_22: float = quantity("[-1e4, 1e4] N", "22nd", 0.0)
+    force_23: float = quantity("[-1e4, 1e4] N", "23rd", 0.0)
+    force_24: float = quantity("[-1e4, 1e4] N", "24th", 0.0)
     slowest: float = quantity("[-100, 100] m/s", "tendon speed at which the other begins", 0.0)
     fastest: float = quantity("[-100, 100] m/s", "tendon speed at which it ends", 0.0)
     drag_1: float = quantity("[-1e4, 1e4] N", "its control force against lengthening, first", 0.0)
@@ -60,7 +68,7 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
     if learned.high > learned.low:
         u = place(length, learned.low, learned.high, LENGTH)
         force += (2.0 * learned.force_1 - learned.force_2) * bump(u + 1.0)
-        force += (2.0 * learned.force_16 - learned.force_15) * bump(u - 16.0)
+        force += (2.0 * learned.force_24 - learned.force_23) * bump(u - 24.0)
         force += learned.force_1 * bump(u) + learned.force_2 * bump(u - 1.0)
         force += learned.force_3 * bump(u - 2.0) + learned.force_4 * bump(u - 3.0)
         force += learned.force_5 * bump(u - 4.0) + learned.force_6 * bump(u - 5.0)
@@ -69,6 +77,10 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
         force += learned.force_11 * bump(u - 10.0) + learned.force_12 * bump(u - 11.0)
         force += learned.force_13 * bump(u - 12.0) + learned.force_14 * bump(u - 13.0)
         force += learned.force_15 * bump(u - 14.0) + learned.force_16 * bump(u - 15.0)
+        force += learned.force_17 * bump(u - 16.0) + learned.force_18 * bump(u - 17.0)
+        force += learned.force_19 * bump(u - 18.0) + learned.force_20 * bump(u - 19.0)
+        force += learned.force_21 * bump(u - 20.0) + learned.force_22 * bump(u - 21.0)
+        force += learned.force_23 * bump(u - 22.0) + learned.force_24 * bump(u - 23.0)
     if learned.fastest > learned.slowest:
         force += curve_of_8(
             speed,

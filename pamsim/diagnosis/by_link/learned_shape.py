@@ -141,7 +141,8 @@ def learned_shape(
         for one in (as_stated, fitter):
             fit = nearest if one is as_stated else fitted(one, kinds)
             better = None if fit is None else unseen.better(fit, best, behind)
-            if fit is not None and better and better.certain:
+            material = better is not None and better.gain >= units.limits.material
+            if fit is not None and better and better.certain and material:
                 used, best, found, learned_over = one, fit, found or better, kinds
             something_left = any(unseen.remainders(best)[link].counts for link in behind)
             if not something_left:

@@ -13,7 +13,7 @@ from pamsim.engine.stepping import live
 
 PRESSURE = np.array([[300e3, 100e3], [120e3, 200e3], [400e3, 380e3]])
 LOAD = np.array([0.0, 2.14, 1.2])
-LEARNED = {f"muscle_1:learned.force_{i}": 30.0 for i in range(1, 17)}
+LEARNED = {f"muscle_1:learned.force_{i}": 30.0 for i in range(1, 25)}
 
 
 @pytest.fixture(scope="module")

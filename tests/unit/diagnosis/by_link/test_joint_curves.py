@@ -32,7 +32,7 @@ def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
 def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_force():
     rig = pamsim.load_rig("mas20_arm")
     (shaft,) = places(rig)
-    forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 17)}
+    forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 25)}
     drags = {f"muscle_1:learned.drag_{k}": 5.0 - k for k in range(1, 9)}
     group = rig.with_parameters({**shaft.ends(Kind), **forces, **drags}).muscles["muscle_1"].learned
     curves = shaft.curves([Kind.POSITION, Kind.RATE], {**forces, **drags}, KnownErrors())
