@@ -27,6 +27,7 @@ from pamsim.cli.command import (
 @options.resume("Continue the interrupted sweep in --out.")
 @options.threads
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
+@click.option("--trust-rig", is_flag=True, help="Run the effects.py of the study's rigs.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
 @options.page("Folder for runs.parquet, sweep.json and page.", required=True)
 def command(

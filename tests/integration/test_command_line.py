@@ -71,6 +71,14 @@ BAD_INPUT = (
     ("list rig", "did you mean 'rigs'"),
     ("reproduce --ot x", "--ot"),
     ("render x.png --camera sky", "no camera 'sky'"),
+    ("step --pressure 300,0 --sample-hz 1e-320", "end before the second sample"),
+    *(  # nothing named is not everything
+        (f"{command} data {option} ,,", f"{option} ',,' names nothing; leave the option out")
+        for command, option in (
+            ("check", "--effects"), ("diagnose", "--without"), ("check", "--hold-out"),
+            ("calibrate", "--free"), ("identify", "--trial"),
+        )
+    ),
 )
 
 
