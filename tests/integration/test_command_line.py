@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import time
 import tomllib
@@ -266,6 +267,27 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
     monkeypatch.setattr("pamsim.fitting.models.models", missing)
     with pytest.raises(ImportError, match="no module named x"):
         run("list", "models")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="glfw starts no process there")
+def test_ctrl_c_in_a_terminal_is_one_line_also_while_an_import_runs_a_process(tmp_path):
+    """A terminal interrupts every process of a command: here that of glfw, which MuJoCo imports."""
+    code = "import os, signal, time; os.killpg(0, signal.SIGINT); time.sleep(0.2)"
+    (tmp_path / "glfw").mkdir()
+    (tmp_path / "glfw" / "__init__.py").write_text("import glfw.library")
+    (tmp_path / "glfw" / "library.py").write_text(
+        f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', {code!r}])"
+    )
+    env = {name: text for name, text in os.environ.items() if name != "MUJOCO_GL"}
+    done = subprocess.run(
+        [sys.executable, "-m", "pamsim", "list", "params"],
+        env={**env, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        start_new_session=True,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.strip()) == (130, "pamsim: interrupted")
 
 
 @pytest.mark.parametrize(("supplies", "code"), [("600, 100", 0), ("100, 150", 1)])
