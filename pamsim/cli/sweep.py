@@ -74,7 +74,7 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
             ) from None
         try:
             client = Client(scheduler, timeout="10s")
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # the last for TLS without certificates
             raise InputError(f"`scheduler`: no Dask scheduler at {scheduler}: {error}") from None
         with client:
             yield client.get_executor()
