@@ -76,8 +76,11 @@ BAD_INPUT = (
     *(  # nothing named is not everything
         (f"{command} data {option} ,,", f"{option} ',,' names nothing; leave the option out")
         for command, option in (
-            ("check", "--effects"), ("diagnose", "--without"), ("check", "--hold-out"),
-            ("calibrate", "--free"), ("identify", "--trial"),
+            ("check", "--effects"),
+            ("diagnose", "--without"),
+            ("check", "--hold-out"),
+            ("calibrate", "--free"),
+            ("identify", "--trial"),
         )
     ),
 )
@@ -101,6 +104,11 @@ def test_a_broken_rig_is_one_clear_line_and_exit_2(broken_rig, run):
         ('integrator="Euler"', 'wind="0 NaN 0"', "<option> wind='0 NaN 0' is no number"),
         ("polytropic_index = { value = 1.2", "polytropic_index = { value = 2.2", "outside [1, 1.4"),
         ('tendon = "chain_1"', 'tendon = "chian_1"', "did you mean 'chain_1'"),
+        (
+            "nominal_length = { value = 250,",
+            "nominal_length = { value = 2.5,",
+            "its fibres are straight at 0.002",
+        ),
         ("<mujoco", "<mujuco", "mas20_arm.xml"),
         ("</mujoco>", motor, "may not have actuators"),
         ('"joint.shaft.damping"', '"joint.shft.damping"', "no joint 'shft'"),

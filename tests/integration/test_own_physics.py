@@ -267,8 +267,7 @@ def test_code_runs_only_if_its_rig_is_named(bench, monkeypatch):
     study = bench / "study.toml"
     for name in ('rig = "my_bench"', "[vary.rig]\nvalues = ['my_bench']"):
         study.write_text(
-            'schema = "pamsim-sweep/1"\n'
-            f"{name}\n[experiment]\n[vary.load]\nvalues = [0]\n"
+            f'schema = "pamsim-sweep/1"\n{name}\n[experiment]\n[vary.load]\nvalues = [0]\n'
         )
         with pytest.raises(InputError, match=r"trust the rigs of the study: give `trust_rig`"):
             pamsim.sweep(study, out=bench / "swept")

@@ -247,7 +247,9 @@ def test_what_is_declined_is_what_the_results_leave_open(mas20):
     (link,) = mas20["links"]
     assert not link["more_left"]
     skipped = mas20["run"]["skipped"]
-    step = 360.0 / load_rig("mas20_arm").sensor.encoder_increments  # its errors: even, +- half of it
+    step = (
+        360.0 / load_rig("mas20_arm").sensor.encoder_increments
+    )  # its errors: even, +- half of it
     assert mas20["gap"]["angle_at_rest"]["floor"] == pytest.approx(step / np.sqrt(12.0))
     quoted(
         f"{step:.3f} deg, {mas20['gap']['angle_at_rest']['floor']:.3f} deg RMS, is a lower bound",

@@ -147,6 +147,7 @@ BROKEN = {  # old piece, new piece, words of the refusal
     "range the wrong way": ("[0.8, 1.0]", "[1.0, 0.8]", ("muscle.force.scale", "[1.0, 0.8]")),
     "range of three": ("[12, 16]", "[12, 14, 16]", ("sensor.converter_bits", "[12, 14, 16]")),
     "range of mixed": ("[12, 16]", '[12, "16"]', ("sensor.converter_bits", "'16'")),
+    "no name of the load": ('load_body = "load"', 'load_body = ""', "load_body = ''; write"),
     "mjcf not there": ('"toy.xml"', '"toys.xml"', "'toys.xml'"),
     "scene not there": ('"scene.xml"', '"dark.xml"', "'dark.xml'"),
 }
