@@ -5,7 +5,9 @@ import contextlib
 import os
 import signal
 import sys
-from typing import NoReturn
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+from typing import Any, NoReturn
 
 _INTERRUPTED = 130  # as in pamsim.cli.main, whose import may be what is interrupted
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -25,6 +27,8 @@ def program() -> None:
 
     for number in _SIGNALS:
         signal.signal(number, end)
+    if hasattr(signal, "pthread_sigmask"):  # not on Windows, where glfw starts no process
+        sys.meta_path.insert(0, _GlfwFinder())
     try:
         from pamsim.cli.main import main
 
@@ -40,6 +44,31 @@ def program() -> None:
         _leave()
     finally:
         _undisturbed()
+
+
+class _GlfwFinder:
+    """Has signals wait until glfw is imported, as MuJoCo does.
+
+    That asks for a version in a process of its own. Ctrl-C in a terminal reaches this one, too, and
+    it would print a traceback.
+    """
+
+    def find_spec(self, name: str, path: Any, target: object = None) -> ModuleSpec | None:
+        """The module that starts the process, in which no signal is delivered; None for others."""
+        spec = PathFinder.find_spec(name, path) if name == "glfw.library" else None
+        if spec is None or spec.loader is None:
+            return None
+        usual = spec.loader.exec_module
+
+        def exec_module(module: ModuleType) -> None:
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
+            try:
+                usual(module)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+        spec.loader.exec_module = exec_module
+        return spec
 
 
 def _undisturbed() -> None:

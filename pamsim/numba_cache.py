@@ -6,7 +6,6 @@ later run in a traceback of numba's.
 
 from __future__ import annotations
 
-import pickle
 from typing import Any
 
 import numba
@@ -14,14 +13,13 @@ from numba.core import caching
 
 _Files: Any = caching.IndexDataCacheFile
 _load: Any = _Files.load
-_DAMAGED = (pickle.UnpicklingError, EOFError, ValueError, AttributeError, ImportError, IndexError)
 
 
 def _load_whole(self: Any, key: Any) -> Any:
     """As numba's own; nothing, so that it compiles again, where a file cannot be read."""
     try:
         return _load(self, key)
-    except _DAMAGED:
+    except Exception:  # pickle states no list of what damaged bytes raise
         self.flush()
         return None
 

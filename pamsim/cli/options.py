@@ -206,8 +206,17 @@ def parameter_names(context: click.Context) -> Mapping[str, str]:
     return {parameter.name: parameter.spec.doc for parameter in rig_parameters(rig)}
 
 
-def _split(context: Any, parameter: Any, texts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(part.strip() for text in texts for part in text.split(",") if part.strip())
+def _split(
+    context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]
+) -> tuple[str, ...]:
+    """The names in all texts; one without any would pass as the option left out."""
+    found: list[str] = []
+    for text in texts:
+        names = [part.strip() for part in text.split(",") if part.strip()]
+        if not names:
+            raise InputError(f"{parameter.opts[0]} {text!r} names nothing; leave the option out")
+        found += names
+    return tuple(found)
 
 
 class Quantity(click.ParamType):

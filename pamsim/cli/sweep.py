@@ -27,6 +27,7 @@ from pamsim.cli.command import (
 @options.resume("Continue the interrupted sweep in --out.")
 @options.threads
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
+@click.option("--trust-rig", is_flag=True, help="Run the effects.py of the study's rigs.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
 @options.page("Folder for runs.parquet, sweep.json and page.", required=True)
 def command(
@@ -73,7 +74,7 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
             ) from None
         try:
             client = Client(scheduler, timeout="10s")
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # the last for TLS without certificates
             raise InputError(f"`scheduler`: no Dask scheduler at {scheduler}: {error}") from None
         with client:
             yield client.get_executor()

@@ -27,7 +27,13 @@ _UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
         ("MPa", 1000.0),
         ("Pa", 0.001),
     ),
-    "force": (("kN", 1000.0), ("kgf", 9.80665), ("lbf", 4.448222)),
+    "force": (
+        ("kN", 1000.0),
+        ("kgf", 9.80665),
+        ("lbf", 4.448222),
+        ("gf", 0.00980665),
+        ("mN", 0.001),
+    ),
     "torque": (("N*mm", 0.001), ("N*cm", 0.01)),
 }
 """Kind of a quantity -> units that its numbers may be in, and how many of its own each is."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.core.units import FloatArray
+from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.mjcf import contacts, may_collide
 from pamsim.engine.rig import Rig
 from pamsim.recordings.signals import KINDS, kind_of
@@ -51,7 +52,11 @@ def about_the_rig(
     """
     positions = _positions(rig, trials, simulated)
     touching = list(_touching(rig, positions)) if may_collide(rig.model) else []
-    notes = [*_off_at_rest(rig, trials, simulated), *_on_stops(rig, trials, simulated)]
+    notes = [
+        *_moved_one_way(rig),
+        *_off_at_rest(rig, trials, simulated),
+        *_on_stops(rig, trials, simulated),
+    ]
     if touching:
         notes.append(
             f"{', '.join(touching)}: a contact makes signals jump; give geoms contype=0 and"
@@ -80,6 +85,19 @@ def _positions(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Float
         [np.column_stack([simulated[t.name][channel] for channel in channels]) for t in trials]
     )
     return every[:: max(len(every) // _SAMPLES, 1)]
+
+
+def _moved_one_way(rig: Rig) -> Iterator[str]:
+    """Joints without a spring that several muscles move, all of them one way."""
+    pushing = np.array([muscle.pushes for muscle in rig.muscles.values()])
+    for joint, arms in zip(rig.joints, moment_arms(rig, rig.model.qpos0).T, strict=True):
+        own, way = np.flatnonzero(arms), np.sign(np.where(pushing, -arms, arms))
+        if own.size > 1 and abs(way.sum()) == own.size and not rig.model.joint(joint).stiffness[0]:
+            yield (
+                f"{', '.join(np.array(list(rig.muscles))[own])} move {joint} one way, and no spring"
+                " moves it back: unless its weight does, one of their moment arms has the wrong"
+                " sign"
+            )
 
 
 def _off_at_rest(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:

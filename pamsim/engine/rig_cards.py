@@ -8,7 +8,7 @@ from typing import Any
 from pamsim.core.encoding import to_dict
 from pamsim.engine.parameters import rig_parameter, rig_parameters
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.recordings.rig_file import shipped_rig_names
+from pamsim.recordings.rig_file import shipped_rig_names, shipped_rigs
 from pamsim.recordings.signals import JOINT_DRIVES, MUSCLE_DRIVES
 
 
@@ -25,8 +25,8 @@ def rig_cards(name: str | os.PathLike[str] | None = None) -> dict[str, Any]:
     Raises:
         InputError: for an unknown rig, or a bad file.
     """
-    names = shipped_rig_names() if name is None else [name]
-    return to_dict({"schema": "pamsim-rigs/1", "rigs": [_card(load_rig(one)) for one in names]})
+    rigs = [shipped_rigs() / one for one in shipped_rig_names()] if name is None else [name]
+    return to_dict({"schema": "pamsim-rigs/1", "rigs": [_card(load_rig(one)) for one in rigs]})
 
 
 def parameter_cards(

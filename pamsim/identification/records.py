@@ -19,6 +19,7 @@ from pamsim.inference.record_checks import (
     finite_samples,
     increasing_time,
     uniform_interval,
+    usual_size,
     varying_output,
 )
 
@@ -72,6 +73,8 @@ class SignalRecord:
             given = [increasing_time(self.time, column, FEWEST_SAMPLES)[1] for column in columns]
             uniform_interval(time)
             varying_output(output)
+            for column in given:
+                usual_size(column, "input")
         except InputError as error:
             raise InputError(f"record {self.name}: {error}") from None
         still = (np.ptp(column) <= 1e-12 * np.max(np.abs(column)) for column in given)

@@ -12,6 +12,8 @@ from pamsim.core.units import FloatArray
 # to ask; one per cent of an interval is far below what moves any time constant.
 UNIFORM_TOLERANCE = 0.01
 
+SMALLEST, LARGEST = 1e-75, 1e75  # fits sum products of four; doubles hold 1e-308 to 1e308
+
 
 def finite_samples(values: ArrayLike, name: str) -> FloatArray:
     """Samples as a float64 array, shape ``(n,)``, all of it finite; ``name`` is for the error.
@@ -78,12 +80,27 @@ def uniform_interval(time: FloatArray) -> float:
     return mean
 
 
-def varying_output(response: FloatArray) -> None:
-    """Refuse an output, shape ``(n,)``, that never moves.
+def usual_size(samples: FloatArray, name: str) -> None:
+    """Refuse samples, shape ``(n,)``, of a size at which their fourth powers are no numbers.
 
     Raises:
-        InputError: all samples are equal to rounding.
+        InputError: the largest is not 0 and not between `SMALLEST` and `LARGEST`.
     """
+    size = float(np.max(np.abs(samples)))
+    if size and not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            f"{name} of {size:g} at most: sums of its squares are no numbers; give it in another"
+            " unit"
+        )
+
+
+def varying_output(response: FloatArray) -> None:
+    """Refuse an output, shape ``(n,)``, that never moves, or whose size is not `usual_size`.
+
+    Raises:
+        InputError: all samples are equal to rounding, or too small or large.
+    """
+    usual_size(response, "response")
     spread = float(np.ptp(response))
     if spread <= 1e-12 * float(np.max(np.abs(response))):
         raise InputError(

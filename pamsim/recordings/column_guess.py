@@ -285,9 +285,10 @@ def _owner(kind: str, words: Sequence[str], names: SignalNames) -> tuple[str, st
 
 def _unit_by_size(kind: str, values: FloatArray, supply: float) -> tuple[str, tuple[str, ...]]:
     """Unit that numbers of a kind may be in, and the warning about it."""
-    size = float(np.median(np.diff(values)) if kind == "time" else np.abs(values).max())
-    if kind == "time" and size == 0.0:  # most rows repeat a time stamp
-        size = float(np.ptp(values)) / values.size
+    if kind != "time":
+        size = float(np.abs(values).max())
+    elif values.size < 2 or not (size := float(np.median(np.diff(values)))):
+        size = float(np.ptp(values)) / values.size  # one row, or most repeat a time stamp
 
     def fits(unit: str, above: float, most: float) -> bool:
         si_unit, scale = {"time": ("s", 1.0), "pressure": ("Pa", supply)}.get(kind, (unit, 1.0))

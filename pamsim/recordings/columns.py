@@ -118,7 +118,7 @@ class Columns:
         }
         ignored = [name for name in self.cells if name not in known]
         for name in ignored:
-            _refuse_near(name.lower(), names, self.place(name))
+            _refuse_near(name, names, self.place(name))
         self.refuse_twice(list(known.values()))
         cells = {same: self.cells[name] for name, same in known.items()}
         return replace(self, cells=cells, ignored=(*self.ignored, *ignored), units={})
@@ -168,12 +168,13 @@ def _check_finite(cell: str, where: str) -> None:
 
 def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
     for fixed in names:
-        if match := re.fullmatch(_SPELLINGS.get(fixed, ""), name):
+        if match := re.fullmatch(_SPELLINGS.get(fixed, ""), name.lower()):
             muscle = next((group for group in match.groups() if group and group.isdigit()), "1")
+            if (meant := fixed.format(muscle)) == name:
+                raise InputError(f"{where} is of a muscle of too high a number; count them from 1")
             raise InputError(
-                f"{where} is not known; convert it if it has another unit, and name it"
-                f" {fixed.format(muscle)!r}"
+                f"{where} is not known; convert it if it has another unit, and name it {meant!r}"
             )
     known = {fixed.format(muscle) for fixed in names for muscle in ("1", "2")}
-    if difflib.get_close_matches(name, known, n=1, cutoff=_CLOSE):
-        raise InputError(f"{where} is not known; {nearest(name, known)}")
+    if difflib.get_close_matches(name.lower(), known, n=1, cutoff=_CLOSE):
+        raise InputError(f"{where} is not known; {nearest(name.lower(), known)}")

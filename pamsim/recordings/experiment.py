@@ -89,6 +89,11 @@ class Experiment:
         for name, spec in specs(Experiment):
             check_value(f"experiment.{name}", getattr(self, name), spec)
         samples = self.duration * self.sample_rate
+        if round(samples) < 1:
+            raise InputError(
+                f"{self.duration:g} s at {self.sample_rate:g} Hz end before the second sample: give"
+                " a higher sample rate or a longer duration"
+            )
         if samples > RUN_SAMPLES:
             raise InputError(
                 f"{self.duration:g} s at {self.sample_rate:g} Hz are {samples:,.0f} samples; a run"

@@ -22,11 +22,14 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray, to_si
 from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
+from pamsim.recordings.recording_checks import HIGHEST_KPA, LARGEST, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
 
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
+_MOST = {"force": LARGEST["n"][0], "length": 1e-3 * LARGEST["mm"][0]}
+_MOST |= {"displacement": _MOST["length"]}
+"""Quantity -> largest number [SI]; others are checked by what they are compared with."""
 
 # Quantity -> what a column name begins with, the SI unit, an example.
 _QUANTITIES: Mapping[str, tuple[str, str, str]] = {
@@ -150,7 +153,15 @@ class _Table:
         if quantity not in self.found:
             raise self.missing(quantity)
         name, scale = self.found[quantity]
-        return self.columns.numbers(name) * scale
+        numbers = self.columns.numbers(name)
+        self.columns.refuse(
+            np.abs(numbers) * scale > _MOST.get(quantity, np.inf),
+            lambda i: (
+                f"{name} = {numbers[i]:g} is more {quantity} than any muscle has; check the unit in"
+                " the column's name"
+            ),
+        )
+        return numbers * scale
 
     def missing(self, quantity: str) -> InputError:
         """The error for a quantity without a column."""

@@ -22,7 +22,7 @@ _JITTER = 0.01  # share of the median step from which a clock is said not to be 
 _LOWEST_GAUGE_KPA = -20.0  # zero errors of sensors are smaller, and the rigs have no vacuum
 _FEW_DEG = 1.6  # what a quarter turn reads if written in rad
 _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
-_LARGEST = {"n": (1e6, "N"), "nm": (1e6, "N*m"), "mm": (1e5, "mm")}
+LARGEST = {"n": (1e6, "N"), "nm": (1e6, "N*m"), "mm": (1e5, "mm")}
 """End of a column's name -> largest number and its unit: a hundred times and more of what the
 largest muscles sold pull, 6 kN, and of their lengths."""
 _COMMAND = re.compile(r"u\d+|.+_set_kpa|.+_valve")
@@ -99,8 +99,8 @@ def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
             columns.require_range(name, _LOWEST_GAUGE_KPA, HIGHEST_KPA, below, above)
         elif name.endswith("_deg"):
             columns.require_range(name, -360.0, 360.0, counts)
-        elif (ending := name.rpartition("_")[2]) in _LARGEST:
-            most, unit = _LARGEST[ending]
+        elif (ending := name.rpartition("_")[2]) in LARGEST:
+            most, unit = LARGEST[ending]
             too_much = f"is more than any muscle makes; the column must hold {unit}"
             columns.require_range(name, -most, most, too_much)
 

@@ -13,6 +13,7 @@ see `pamsim.recordings.log_columns`.
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import os
 import re
@@ -116,6 +117,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
                 f"{one.columns.path}: commands {_muscles(one.trial)}, {of_first} {first}; a"
                 " recording is of one rig"
             )
+    notes += _copies(trials)
     unmeasured: list[str] = []
     for channel in dict.fromkeys(channel for one in read for channel in one.channels):
         missing = [trial.name for trial in trials if channel not in trial.measured]
@@ -130,8 +132,9 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
             for trial in trials
         ]
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
-    beside = index.parent / table["rig"]
-    rig = str(beside) if os.path.isfile(beside / "params.toml") else table["rig"]
+    # Joined as text: a folder in "." stays a path, which the name of a shipped rig is not.
+    beside = os.path.join(index.parent, table["rig"])
+    rig = beside if os.path.isfile(os.path.join(beside, "params.toml")) else table["rig"]
     return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes, *_unused(read)))
 
 
@@ -142,6 +145,20 @@ class _Read(NamedTuple):
     columns: Columns
     channels: Collection[str]
     unused: tuple[str, ...]
+
+
+def _copies(trials: Sequence[Trial]) -> list[str]:
+    """Trials whose measurements are those of another, to the last digit."""
+    first: dict[bytes, str] = {}
+    found: list[str] = []
+    for trial in trials:
+        digest = hashlib.sha256(trial.time.tobytes())
+        for channel in sorted(trial.measured):
+            digest.update(channel.encode() + trial.measured[channel].tobytes())
+        name = first.setdefault(digest.digest(), trial.name)
+        if name != trial.name:
+            found.append(f"{trial.name} is a copy of {name}, to the last digit, and no repeat")
+    return found
 
 
 def _unused(read: Sequence[_Read]) -> list[str]:
@@ -179,7 +196,21 @@ def _index(path: Path) -> Mapping[str, Any]:
         if len(own) > 1:
             _named_apart(own, where)
         _refuse_overlap(own, where)
+    _refuse_same(path, [one["file"] for one in index["trial"]])
     return index
+
+
+def _refuse_same(index: Path, files: Sequence[str]) -> None:
+    """Refuse one file under two names, also of links: a log is no repeat of itself."""
+    names: dict[tuple[int, int], str] = {}
+    for file in files:
+        try:
+            own = os.stat(index.parent / file)
+        except OSError:  # described where it is read
+            continue
+        first = names.setdefault((own.st_dev, own.st_ino), file)
+        if first != file:
+            raise InputError(f"{index}: {file} is the same file as {first}; name each log once")
 
 
 def _named_apart(entries: list[dict[str, Any]], where: str) -> None:

@@ -117,12 +117,23 @@ def shipped_rig_names() -> list[str]:
 
 
 def find_rig(rig: str | os.PathLike[str]) -> Path:
-    """Folder of a shipped rig, by its name, or of a path; InputError with the nearest name."""
-    if os.path.isfile(Path(rig) / "params.toml"):
-        return Path(rig)
-    name, names = str(rig), shipped_rig_names()
-    if name in names:
-        return shipped_rigs() / name
+    """Folder of a shipped rig, by its name, or of a path.
+
+    Raises:
+        InputError: for no such rig, with the nearest name; for a name that a shipped rig and a
+            folder share, which would otherwise run the folder's code wherever a name is usual.
+    """
+    name, names, folder = str(rig), shipped_rig_names(), Path(rig)
+    shipped = shipped_rigs() / name if name in names else None
+    if os.path.isfile(folder / "params.toml"):
+        if shipped is not None and isinstance(rig, str) and not folder.samefile(shipped):
+            raise InputError(
+                f"{name!r} is a shipped rig and a folder here: write './{name}' for the folder;"
+                " for the shipped rig, rename the folder"
+            )
+        return folder.absolute() if str(folder) in names else folder
+    if shipped is not None:
+        return shipped
     raise InputError(
         f"no rig {name!r}: it is neither a folder with params.toml nor a shipped rig;"
         f" {nearest(name, names)}"
@@ -209,13 +220,17 @@ def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
         read_effects(find_rig(rig))
 
 
-def refuse_code(rig: str | os.PathLike[str]) -> None:
-    """Refuse a rig that a recording names if it has code of its own, which would run unasked."""
+def refuse_code(rig: str | os.PathLike[str], remedy: str = "") -> None:
+    """Refuse a rig that only a file names if it has code of its own, which would run unasked.
+
+    Args:
+        rig: its name or folder.
+        remedy: how the user asks for it; by naming the rig if left out.
+    """
     path = find_rig(rig) / EFFECTS
     if path.is_file():
-        raise InputError(
-            f"{path} is code, which runs only if you name its rig: give `rig` {path.parent}"
-        )
+        remedy = remedy or f"you name its rig: give `rig` {path.parent}"
+        raise InputError(f"{path} is code, which runs only if {remedy}")
 
 
 def read_effects(folder: Path) -> OwnPhysics:

@@ -14,6 +14,7 @@ from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.toml_tables import read_toml
 from pamsim.engine.rig import rig_digest
+from pamsim.recordings.rig_file import refuse_code
 from pamsim.sweeps.design import Design, Factor, Runs, factor, runs_of
 from pamsim.sweeps.examined import examine
 from pamsim.sweeps.job import RIG, Job, loaded
@@ -51,27 +52,32 @@ class Study:
     fingerprint: str
 
 
-def read_study(source: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
+def read_study(
+    source: str | os.PathLike[str] | Mapping[str, Any], *, trust_rig: bool = False
+) -> Study:
     """Read and check a study.
 
     Args:
         source: TOML file, or the same as a mapping.
+        trust_rig: whether to run the ``effects.py`` of a rig that a file names; a mapping is the
+            caller's own.
 
     Raises:
-        InputError: for what is not known or does not fit, with the key.
+        InputError: for what is not known or does not fit, with the key; for code that is not
+            trusted.
     """
     if isinstance(source, Mapping):
-        return _study(dict(source))
+        return _study(dict(source), trusted=True)
     path = Path(source)
     try:
-        return _study(read_toml(path))
+        return _study(read_toml(path), trusted=trust_rig)
     except FileNotFoundError:
         raise InputError(f"no study {path}; give a TOML file") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _study(table: Mapping[str, Any]) -> Study:
+def _study(table: Mapping[str, Any], *, trusted: bool) -> Study:
     for key in table:
         if key not in _KEYS:
             raise InputError(f"no key {key!r}; {nearest(key, _KEYS)}")
@@ -93,7 +99,10 @@ def _study(table: Mapping[str, Any]) -> Study:
     runs = runs_of(Design(design), factors, base, seed)
     rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
     units = {f.name: f.unit for f in factors if f.name != RIG}
-    known = list(loaded(rigs or [rig]).values())
+    rigs_used = rigs or [rig]
+    for name in () if trusted else rigs_used:
+        refuse_code(name, "you trust the rigs of the study: give `trust_rig`")
+    known = list(loaded(rigs_used).values())
     job = (
         simulate_step(experiment, rig, known[0], units)
         if what == "simulate"

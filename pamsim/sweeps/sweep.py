@@ -37,6 +37,7 @@ def sweep(
     executor: Executor | None = None,
     threads: int | None = None,
     resume: bool = False,
+    trust_rig: bool = False,
     progress: Progress | None = None,
 ) -> SweepResult:
     """Run a study and write a table with a row for every run, failed ones included.
@@ -48,6 +49,7 @@ def sweep(
             ``Client.get_executor()``; this process with threads if left out. The rows are the same.
         threads: simulations at a time in this process; one per processor if left out.
         resume: go on with what an interrupted run left in ``out``: no finished block is run again.
+        trust_rig: whether to run the ``effects.py`` of a rig that the file names.
         progress: called with the runs done and their number.
 
     Raises:
@@ -56,7 +58,7 @@ def sweep(
         EngineError: if a worker process ends; what is finished is kept.
     """
     began = time.perf_counter()
-    plan = study if isinstance(study, Study) else read_study(study)
+    plan = study if isinstance(study, Study) else read_study(study, trust_rig=trust_rig)
     if executor is not None and threads is not None:
         raise InputError(
             "`threads` and `executor` exclude each other, for an executor has workers of its own;"

@@ -45,7 +45,7 @@ SIGNALS = (
     "time_s", "p1_kpa", "p2_kpa", "p1_set_kpa", "p2_set_kpa", "u1", "u2", "angle_deg", "force1_n",
     "force2_n", "load_kg", "p3_kpa", "p1_bar", "beta_deg", "shaft_deg", "muscle_1_kpa", "t_ms",
     "note", "start_p1_kpa", "contraction", "force_n", "length_mm", "branch", "p_kpa", "loop",
-    "displacement_mm",
+    "displacement_mm", "p1000000_kpa", "force1000000000_n",
 )  # fmt: skip
 
 
@@ -70,7 +70,7 @@ def value(rng: Draw, depth: int = 2) -> Any:
     """Any value that TOML and JSON can hold."""
     kind = int(rng.integers(7 if depth else 4))
     if kind < 2:
-        return number(rng)
+        return number(rng) if rng.random() < 0.95 else 10**400
     if kind < 4:
         return _pick(rng, WORDS) if kind == 2 else bool(rng.integers(2))
     if kind < 6:
@@ -207,6 +207,22 @@ def _table(rng: Draw, usual: Sequence[str]) -> bytes:
     return text.getvalue().encode(
         _pick(rng, ("utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252")), "replace"
     )
+
+
+def signals(rng: Draw) -> bytes:
+    """A CSV of any input and output over time, in units of any size."""
+    rows = int(_pick(rng, (1, 7, 9, 40, 400)))
+    held = np.repeat(rng.standard_normal(rows // 20 + 1), 20)[:rows]
+    columns = {"t": 0.01 * np.arange(rows), "u": held, "y": np.zeros(rows)}
+    for row in range(1, rows):
+        columns["y"][row] = 0.9 * columns["y"][row - 1] + 0.1 * held[row - 1]
+    columns["y"] += abs(number(rng)) * rng.standard_normal(rows) * (rng.random() < 0.5)
+    for name in columns:
+        columns[name] = columns[name] * (float(number(rng)) if rng.random() < 0.4 else 1.0)
+    grouped = rng.random() < 0.2  # thousands apart
+    text = [[f"{x:,.0f}" if grouped else repr(float(x)) for x in of] for of in columns.values()]
+    lines = [";".join(columns), *map(";".join, zip(*text, strict=True))]
+    return "\n".join(lines).encode()
 
 
 def _leaves_of(one: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

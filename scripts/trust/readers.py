@@ -44,6 +44,9 @@ from pamsim.controllers.neural_policy import read_policy
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import PamsimError
 from pamsim.core.units import parse_quantity
+from pamsim.identification.plain_table import plain_trials
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.signals import chosen_signals
 from pamsim.recordings.measured_table import read_measured
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
@@ -178,6 +181,13 @@ def _arrays(ending: str) -> Callable[[Path], Path]:
     return make
 
 
+def _records(path: Path) -> list[SignalRecord]:
+    """Records of u and y in a table of any columns."""
+    tables, _ = plain_trials(read_columns(path))
+    chosen_signals(tables, ("u",), "y")  # refused if one is no column of numbers
+    return [SignalRecord(t.name, t.time, t.columns["u"], t.columns["y"]) for t in tables]
+
+
 def _rig_command(path: Path) -> list[str]:
     return ["list", "effects", "--rig", str(path.parent)]
 
@@ -208,6 +218,12 @@ READERS = {
         lambda path: read_measured(path, 0.3),
         grammars.force_map,
         lambda path: ["fit", str(path), "--model", "six_parameter", "--nominal-length", "0.3m"],
+    ),
+    "plain table": Reader(
+        _text("t,u,y\n" + "".join(f"{k / 100},{k // 20 % 2},{k % 40}\n" for k in range(200))),
+        _records,
+        grammars.signals,
+        lambda path: ["identify", str(path), "--input=u", "--output=y", "--order=1", "--no-local"],
     ),
     "quantity": Reader(
         _text("4.87 bar"),

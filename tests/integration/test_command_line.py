@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import time
 import tomllib
@@ -75,6 +76,17 @@ BAD_INPUT = (
     ("list rig", "did you mean 'rigs'"),
     ("reproduce --ot x", "--ot"),
     ("render x.png --camera sky", "no camera 'sky'"),
+    ("step --pressure 300,0 --sample-hz 1e-320", "end before the second sample"),
+    *(  # nothing named is not everything
+        (f"{command} data {option} ,,", f"{option} ',,' names nothing; leave the option out")
+        for command, option in (
+            ("check", "--effects"),
+            ("diagnose", "--without"),
+            ("check", "--hold-out"),
+            ("calibrate", "--free"),
+            ("identify", "--trial"),
+        )
+    ),
 )
 
 
@@ -112,6 +124,11 @@ def test_a_broken_rig_is_one_clear_line_and_exit_2(broken_rig, run):
         ('integrator="Euler"', 'wind="0 NaN 0"', "<option> wind='0 NaN 0' is no number"),
         ("polytropic_index = { value = 1.2", "polytropic_index = { value = 2.2", "outside [1, 1.4"),
         ('tendon = "chain_1"', 'tendon = "chian_1"', "did you mean 'chain_1'"),
+        (
+            "nominal_length = { value = 250,",
+            "nominal_length = { value = 2.5,",
+            "its fibres are straight at 0.002",
+        ),
         ("<mujoco", "<mujuco", "mas20_arm.xml"),
         ("</mujoco>", motor, "may not have actuators"),
         ('"joint.shaft.damping"', '"joint.shft.damping"', "no joint 'shft'"),
@@ -287,6 +304,27 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
     monkeypatch.setattr("pamsim.fitting.models.models", missing)
     with pytest.raises(ImportError, match="no module named x"):
         run("list", "models")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="glfw starts no process there")
+def test_ctrl_c_in_a_terminal_is_one_line_also_while_an_import_runs_a_process(tmp_path):
+    """A terminal interrupts every process of a command: here that of glfw, which MuJoCo imports."""
+    code = "import os, signal, time; os.killpg(0, signal.SIGINT); time.sleep(0.2)"
+    (tmp_path / "glfw").mkdir()
+    (tmp_path / "glfw" / "__init__.py").write_text("import glfw.library")
+    (tmp_path / "glfw" / "library.py").write_text(
+        f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', {code!r}])"
+    )
+    env = {name: text for name, text in os.environ.items() if name != "MUJOCO_GL"}
+    done = subprocess.run(
+        [sys.executable, "-m", "pamsim", "list", "params"],
+        env={**env, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        start_new_session=True,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.strip()) == (130, "pamsim: interrupted")
 
 
 @pytest.mark.parametrize(("supplies", "code"), [("600, 100", 0), ("100, 150", 1)])

@@ -203,6 +203,14 @@ def test_what_cannot_be_a_recording_is_refused_and_leaves_nothing(imported, tmp_
         assert not list((tmp_path / "data").glob("*")), why
 
 
+def test_a_log_of_one_row_is_refused_in_one_line(rig, tmp_path):
+    """Its clock has no step, by which its unit is guessed otherwise."""
+    log = tmp_path / "run.csv"
+    log.write_text("t,p flexor,p extensor\n0,1e5,1e5\n")
+    with pytest.raises(InputError, match="1 rows are too few"):
+        pamsim.import_log(log, rig=rig, out=tmp_path / "data")
+
+
 def test_the_index_is_there_once_it_is_right(imported, tmp_path, monkeypatch):
     def interrupted(*args):
         raise KeyboardInterrupt

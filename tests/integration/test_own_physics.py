@@ -254,15 +254,25 @@ def test_a_volume_that_is_not_stated_does_the_force_s_work(rig):
 
 
 def test_code_runs_only_if_its_rig_is_named(bench, monkeypatch):
-    """A recording comes from anywhere, with the rig that it names."""
+    """A recording or a study comes from anywhere, with the rig that it names."""
+    monkeypatch.chdir(bench)
 
-    def run_unasked(path, text):
+    def run_unasked(path, *_):
         raise AssertionError(path)
 
     monkeypatch.setattr("pamsim.recordings.rig_file._own_physics", run_unasked)
     for job in (pamsim.check, pamsim.diagnose, lambda data: pamsim.calibrate([data])):
         with pytest.raises(InputError, match=r"effects\.py is code, which runs only if you name"):
             job(bench / "data")
+    study = bench / "study.toml"
+    for name in ('rig = "my_bench"', "[vary.rig]\nvalues = ['my_bench']"):
+        study.write_text(
+            f'schema = "pamsim-sweep/1"\n{name}\n[experiment]\n[vary.load]\nvalues = [0]\n'
+        )
+        with pytest.raises(InputError, match=r"trust the rigs of the study: give `trust_rig`"):
+            pamsim.sweep(study, out=bench / "swept")
+        with pytest.raises(AssertionError, match=r"effects\.py"):
+            pamsim.sweep(study, out=bench / "swept", trust_rig=True)
     found = pamsim.identify(bench / "data", trials=["multisine_1"], **ONE_MODEL)
     assert found.shown.fit.estimates  # that needs no rig
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from pamsim.engine.rig import load_rig
 from tests.records import ROOT, SCRIPTS, page, recorded, words
 
 LOOPS = ("alraouf2025", "alraouf2025_equations")
@@ -246,8 +247,12 @@ def test_what_is_declined_is_what_the_results_leave_open(mas20):
     (link,) = mas20["links"]
     assert not link["more_left"]
     skipped = mas20["run"]["skipped"]
+    step = (
+        360.0 / load_rig("mas20_arm").sensor.encoder_increments
+    )  # its errors: even, +- half of it
+    assert mas20["gap"]["angle_at_rest"]["floor"] == pytest.approx(step / np.sqrt(12.0))
     quoted(
-        f"a lower bound, {mas20['gap']['angle_at_rest']['floor']:.3f} deg",
+        f"{step:.3f} deg, {mas20['gap']['angle_at_rest']['floor']:.3f} deg RMS, is a lower bound",
         f"adds {added['value']:.0f} [{low:.1f}, {high:.0f}] N",
         f"(p = {link['p_value']:.2f}). The encoder's step",
         f"{len(skipped.keys() - {'passive_stiffness'})} effects in all",

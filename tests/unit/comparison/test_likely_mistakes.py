@@ -85,7 +85,7 @@ def test_absolute_pressures_that_drive_the_rig():
 
 
 def test_clock_readings_and_valves():
-    kilo = {channel: values / 1e3 for channel, values in FORCES.items()}
+    kilo, milli = ({c: factor * f for c, f in FORCES.items()} for factor in (1e-3, 1e3))
     for mistaken, text in (
         (trial(time=TIME / 60.0), "time_s looks like minutes"),
         (trial(time=TIME * 1e3), "time_s looks like milliseconds"),
@@ -93,6 +93,7 @@ def test_clock_readings_and_valves():
         (trial(angle=ANGLE / 360.0), "angle_deg looks like turns"),
         (trial(angle=-ANGLE), "the sign of angle_deg looks turned"),
         (trial(**kilo), "force1_n, force2_n look like kN"),
+        (trial(**milli), "force1_n, force2_n look like mN"),
     ):
         same(of(mistaken, text), trial())
     valves = np.column_stack([TIME, -TIME])

@@ -31,19 +31,24 @@ def arm(tmp_path_factory):
 
 def report(rig, elbow, rough=(), measured=None):
     """What is said of a rig whose elbow turns while its shoulder stands still."""
-    time = 0.01 * np.arange(len(elbow))
+    measured = {} if measured is None else {"elbow.angle": measured}
+    return of_rig(rig, {"shoulder.angle": 0.0 * elbow, "elbow.angle": elbow}, rough, measured)
+
+
+def of_rig(rig, simulated, rough=(), measured=None):
+    """What is said of a rig by one trial."""
+    count = len(next(iter(simulated.values())))
     trial = Trial(
         name="a",
         protocol="a",
         drive="pressure_set",
         load=0.0,
-        time=time,
-        command=np.zeros((len(elbow), 4)),
-        measured={} if measured is None else {"elbow.angle": measured},
+        time=0.01 * np.arange(count),
+        command=np.zeros((count, len(rig.muscles))),
+        measured=measured or {},
         muscle_names=tuple(rig.muscles),
     )
-    simulated = {"a": {"shoulder.angle": np.zeros(len(elbow)), "elbow.angle": elbow}}
-    return about_the_rig(rig, [trial], simulated, dict(rough))
+    return about_the_rig(rig, [trial], {"a": simulated}, dict(rough))
 
 
 def test_geoms_that_touch_are_named_with_how_often(arm):
@@ -54,6 +59,18 @@ def test_geoms_that_touch_are_named_with_how_often(arm):
     (note,) = report(arm, np.linspace(0.0, 1.0, 50))
     assert note.startswith("geoms of the MJCF may touch, though none do here")
     assert report(load_rig("two_joint_arm"), elbow) == ()
+
+
+def test_muscles_that_move_a_joint_one_way_are_named(tmp_path):
+    folder = shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "arm")
+    mjcf = folder / "mas20_arm.xml"
+    right = mjcf.read_text(encoding="utf-8")
+    mjcf.write_text(right.replace('coef="-0.0125"', 'coef="0.0125"'), encoding="utf-8")
+    still, wrong = {"angle": np.zeros(9)}, load_rig(folder)
+    (note,) = of_rig(wrong, still)
+    assert note.startswith("muscle_1, muscle_2 move shaft one way, and no spring moves it back")
+    for rig in (load_rig("mas20_arm"), wrong.with_parameters({"joint.shaft.stiffness": 1.0})):
+        assert of_rig(rig, still) == ()
 
 
 def test_a_joint_that_begins_further_off_than_it_moves_or_rests_on_a_stop_is_named():

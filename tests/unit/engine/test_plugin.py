@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -78,8 +79,14 @@ def test_a_damaged_file_of_the_cache_is_made_again(tmp_path):
         return "1" in hits
 
     assert not found_in_cache()
+    other = b"\x80\x05\x96" + b"\xff" * 8  # pickle: an array of bytes of that length
     for end, size in (("nbi", 12), ("nbc", 200)):  # index and code
-        (file,) = tmp_path.rglob(f"*.{end}")
-        os.truncate(file, size)
-        assert not found_in_cache(), end
+        for damage in (
+            lambda file, size=size: os.truncate(file, size),
+            lambda file: file.write_bytes(other),
+            Path.unlink,
+        ):
+            (file,) = tmp_path.rglob(f"*.{end}")
+            damage(file)
+            assert not found_in_cache(), end
     assert found_in_cache()

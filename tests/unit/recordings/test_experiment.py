@@ -60,6 +60,9 @@ def test_what_no_rig_can_do_is_refused_in_one_line():
         for value in bad:
             with refused(f"experiment.{field}", error=ParameterError):
                 experiment(**{field: value})
+    for rate in (1e-320, 1e-10, 0.2):  # one sample alone, from which nothing follows
+        with refused("end before the second sample"):
+            experiment(sample_rate=rate)
 
 
 def test_a_value_is_held_until_the_next():

@@ -108,6 +108,8 @@ SLIPS = {
     "kPa for bar": (HEAD.replace("kpa", "bar") + "600,0,10\n", "line 2: p_bar = 600 is 600 bar"),
     "vacuum": (MAP.replace("200,", "-200,"), "line 3: p_kpa = -200 lies below vacuum"),
     "percent": (MAP.replace("0.1,", "10,"), "line 3: contraction = 10 is 1000%"),
+    "force": (MAP.replace("600", "-1e300"), "line 3: force_n = -1e+300 is more force than any"),
+    "length": ("p_kpa,length_mm\n100,300\n200,1e6\n", "line 3: length_mm = 1e+06 is more length"),
     "branch": ("p_kpa,length_mm,branch\n100,300,upp\n", "branch = 'upp'; did you mean 'up'"),
 }
 

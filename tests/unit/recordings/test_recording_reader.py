@@ -119,6 +119,15 @@ def test_what_is_missing_odd_or_unused_is_said(read):
     assert "pressure_1" not in notes
 
 
+def test_a_copy_of_a_trial_is_said_to_be_no_repeat(tmp_path):
+    """Repeats that agree to the last digit would prove that there is no noise."""
+    run, other = recording("valve", 2, 1), recording("valve", 2, 2)
+    for runs, copies in (({"a_1": run, "a_2": other}, 0), ({"a_1": run, "a_2": run}, 1)):
+        write_recording(tmp_path / str(copies), "mas20_arm", runs)
+        notes = read_recordings(tmp_path / str(copies)).notes
+        assert sum("a_2 is a copy of a_1" in note for note in notes) == copies
+
+
 def pressures(factor):
     return {name: P[name] * factor for name in P if name.endswith("kpa")}
 
@@ -199,6 +208,14 @@ def test_a_bad_index_is_one_clear_line(read, tmp_path):
     index.write_text(text + text[text.index("[[") :].replace("a_1.csv", "a_1.txt"))
     with refused("two trials are called 'a_1'; rename one of the files"):
         read_recordings(index)
+    (tmp_path / "names" / "a_1.txt").unlink()
+    for number, make in enumerate((Path.symlink_to, Path.hardlink_to)):
+        make(link := tmp_path / "names" / f"link_{number}.csv", tmp_path / "names" / "a_1.csv")
+        for file in (link.name, "./a_1.csv", "../names/a_1.csv"):
+            index.write_text(text + text[text.index("[[") :].replace("a_1.csv", file))
+            with refused(f"{file} is the same file as a_1.csv"):
+                read_recordings(index)
+    index.write_text(text)
     name = "a" * 5000  # no folder can be called so: left to load_rig
     assert read(P, INDEX.replace("mas20_arm", name, 1)).rig == name
     empty = tmp_path / "empty"

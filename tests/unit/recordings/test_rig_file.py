@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -146,6 +147,7 @@ BROKEN = {  # old piece, new piece, words of the refusal
     "range the wrong way": ("[0.8, 1.0]", "[1.0, 0.8]", ("muscle.force.scale", "[1.0, 0.8]")),
     "range of three": ("[12, 16]", "[12, 14, 16]", ("sensor.converter_bits", "[12, 14, 16]")),
     "range of mixed": ("[12, 16]", '[12, "16"]', ("sensor.converter_bits", "'16'")),
+    "no name of the load": ('load_body = "load"', 'load_body = ""', "load_body = ''; write"),
     "mjcf not there": ('"toy.xml"', '"toys.xml"', "'toys.xml'"),
     "scene not there": ('"scene.xml"', '"dark.xml"', "'dark.xml'"),
 }
@@ -177,3 +179,19 @@ def test_a_rig_is_found_by_name_and_by_folder():
         find_rig("mas20_arms")
     folder = shipped_rigs() / "mas20_arm"
     assert find_rig("mas20_arm") == find_rig(folder) == folder
+
+
+def test_a_folder_that_is_called_as_a_shipped_rig_is_not_taken_for_it(tmp_path, monkeypatch):
+    """Its `effects.py` would run in every command that leaves its rig out."""
+    own = tmp_path / "mas20_arm"
+    own.mkdir()
+    (own / "params.toml").write_text("")
+    monkeypatch.chdir(tmp_path)
+    with refused("a shipped rig and a folder here: write './mas20_arm'"):
+        find_rig("mas20_arm")
+    for named in ("./mas20_arm", Path("mas20_arm"), own):
+        assert find_rig(named) == own
+        assert find_rig(str(find_rig(named))) == own  # as jobs pass it on
+    assert find_rig("muscle_bench") == shipped_rigs() / "muscle_bench"
+    monkeypatch.chdir(shipped_rigs())
+    assert find_rig("mas20_arm").samefile(shipped_rigs() / "mas20_arm")

@@ -50,7 +50,7 @@ def test_a_format_selects_its_columns_under_their_own_names(columns):
     bad = {
         "capitals": ("P1_kPa", "convert it if it has another unit, and name it 'p1_kpa'"),
         "unit": ("p3_set_bar", "name it 'p3_set_kpa'"),
-        "number": ("p1000000000_kpa", "is not known; convert it"),
+        "million": ("p1000000_kpa", "of a muscle of too high a number"),
         "milliseconds": ("t_ms", "name it 'time_s'"),
         "slip": ("tmie_s", "did you mean 'time_s'"),
         "twice": ("beta_deg", "is there twice; keep one"),

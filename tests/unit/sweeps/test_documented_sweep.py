@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -56,12 +58,18 @@ def test_the_page_runs(tmp_path, typed, capsys):
     assert 0.0 < low < high  # of the PID with the smaller gain, and the larger
 
 
-def test_executors_that_cannot_be_had_are_one_line(typed):
-    scheduler = ["--scheduler", "tcp://127.0.0.1:1"]
+def test_executors_that_cannot_be_had_are_one_line(typed, monkeypatch):
+    def without_certificates(address, **_):
+        raise TypeError("TLS expects a `ssl_context` argument")
+
+    dask = SimpleNamespace(distributed=SimpleNamespace(Client=without_certificates))
+    monkeypatch.setitem(sys.modules, "dask", dask)
+    monkeypatch.setitem(sys.modules, "dask.distributed", dask.distributed)
+    scheduler = ["--scheduler", "tls://127.0.0.1:1"]
     for words, message in (
         (["--processes", "2", *scheduler], "not both"),
         (["--processes", "0"], "--processes is 0"),
-        (scheduler, "--scheduler"),
+        (scheduler, "--scheduler: no Dask scheduler at tls://127.0.0.1:1: TLS expects"),
     ):
         code, _, error = typed("sweep", "study.toml", "--out", "out", *words)
         assert (code, message in error, error.count("\n")) == (2, True, 1), error
