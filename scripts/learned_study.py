@@ -129,7 +129,7 @@ def visited(kind: str, trials: Sequence[Trial]) -> tuple[float, float]:
         read = [t.measured["angle"] for t in trials]
         if LEFT_OUT.get(kind) == SPEED:
             read = [np.gradient(one, t.time) for one, t in zip(read, trials, strict=True)]
-    low, high = np.quantile(np.concatenate(read), QUANTILES).tolist()
+    low, high = np.quantile(np.concatenate([one.ravel() for one in read]), QUANTILES).tolist()
     return low, high
 
 

@@ -84,7 +84,7 @@ def muscle_place(rig: Rig, trials: Sequence[Trial]) -> MusclePlace | None:
 
 
 def contractions(rig: Rig, trials: Sequence[Trial]) -> list[FloatArray]:
-    """Contractions (m,) of a rig's muscles at some rows of the trials that record all joints.
+    """Contractions (r, m) of a rig's muscles at some rows of each trial that records all joints.
 
     They are those against the lengths at which the pressurised muscles are free, where pressures
     are measured.
@@ -97,12 +97,13 @@ def contractions(rig: Rig, trials: Sequence[Trial]) -> list[FloatArray]:
         inputs = link_inputs(rig, trial)
         if inputs.positions.keys() != rig.joints.keys():
             continue
-        pose, pressure = rig.model.qpos0.copy(), np.zeros(zeros.size)
-        for row in np.linspace(0, trial.time.size - 1, _SEEN).astype(int).tolist():
-            for address, joint in zip(rig.position_addresses, rig.joints, strict=True):
-                pose[address] = inputs.positions[joint][row]
-            for muscle, values in inputs.pressures.items():
-                pressure[muscle] = values[row]
-            free = nominal * (1.0 + extended * pressure)
-            found.append(1.0 - (zeros + tendon_lengths(rig, pose)) / free)
+        rows = np.linspace(0, trial.time.size - 1, _SEEN).astype(int)
+        poses = np.tile(rig.model.qpos0, (_SEEN, 1))
+        for address, joint in zip(rig.position_addresses, rig.joints, strict=True):
+            poses[:, address] = inputs.positions[joint][rows]
+        pressure = np.zeros((_SEEN, zeros.size))
+        for muscle, values in inputs.pressures.items():
+            pressure[:, muscle] = values[rows]
+        free = nominal * (1.0 + extended * pressure)
+        found.append(1.0 - (zeros + tendon_lengths(rig, poses)) / free)
     return found
