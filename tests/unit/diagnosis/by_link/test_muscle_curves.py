@@ -1,7 +1,5 @@
 """Learned tensions: between which contractions, in which links, and as sums of control values."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ from pamsim.diagnosis.by_link.learned_curve import MUSCLES, Kind
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.engine.equilibrium import moment_arms
 from pamsim.physics.learned_tension import learned_area, learned_pull
+from pamsim.recordings.trial import Trial
 from tests.unit.diagnosis.by_link.known_errors import KnownErrors
 
 TIME = np.linspace(0.0, 5.0, 200)
@@ -18,13 +17,14 @@ SWING = 0.3 * np.sin(2.0 * np.pi * TIME / 5.0)
 
 
 def recorded(**channels):
-    return SimpleNamespace(
+    return Trial(
+        name="swing",
+        protocol="swing",
+        drive="valve",
+        load=0.0,
         time=TIME,
-        measured=channels,
         command=np.zeros((TIME.size, 2)),
-        muscles=2,
-        pressure_channels=("pressure_1", "pressure_2"),
-        drives=SimpleNamespace(muscles=("valve", "valve"), joints=(), imposed=()),
+        measured=channels,
     )
 
 
