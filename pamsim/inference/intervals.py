@@ -274,9 +274,11 @@ class FittedRecords:
             for step, way in zip(steps, np.eye(noise.order), strict=True)
         ]
         sensitivity = np.array(moved)  # of all to each reflection
-        along = np.linalg.solve(sensitivity[:, : noise.order], sensitivity[:, noise.order :])
+        # Reflections at their limit, far from an optimum, do not move the coefficients.
+        coefficients, variances = np.split(sensitivity, [noise.order], axis=1)
+        along: FloatArray = np.linalg.lstsq(coefficients, variances, rcond=None)[0]
         information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
-        unsure = np.sum(along * np.linalg.solve(information, along), axis=0)
+        unsure = np.sum(along * np.linalg.lstsq(information, along, rcond=None)[0], axis=0)
         return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
 
     def colours(self, noise: ArNoise, covariance: FloatArray) -> tuple[ArNoise, ArNoise]:

@@ -159,7 +159,7 @@ def test_a_plain_log_of_any_columns_is_identified(run, tmp_path):
     path = table(tmp_path / "scope.csv", "time_s,drive_v,height_mm", columns)
     asked = ("--input", "drive_v", "--output", "height_mm", "--order", "2")
     code, text, _, result = run(path, *asked, *PLAIN)
-    assert (code, "held from row to row: drive_v" in text) == (0, True)
+    assert (code, "assumed constant from each row to the next: drive_v" in text) == (0, True)
     best = result["models"][0]["parameters"]
     assert best["K"]["value"] == pytest.approx(GAIN * 0.1 * 24.0, rel=0.01)
     assert best["K"]["unit"] == "mm/V"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.coloured_noise import LARGEST_REFLECTION, ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.intervals import FittedRecords, parameter_covariance
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
@@ -75,6 +75,9 @@ def test_slow_noise_leaves_few_degrees_of_freedom():
     (found,) = mean.degrees_of_freedom(ArNoise((-phi,), 2.0))
     assert found == pytest.approx(by_hand, rel=0.01)
     assert mean.degrees_of_freedom(ArNoise((), 2.0)) == pytest.approx(count - 1)
+    # As of the residuals of a fit that is far from its optimum.
+    (stuck,) = mean.degrees_of_freedom(ArNoise((-LARGEST_REFLECTION,) * 24, 2.0))
+    assert 1.0 <= stuck <= count
     # What changes from sample to sample hardly hangs on the slow part.
     quick = gain * (-1.0) ** np.arange(count)[:, None]
     (sure,) = FittedRecords(none, [0.0 * gain], [quick]).degrees_of_freedom(ArNoise((-phi,), 2.0))
