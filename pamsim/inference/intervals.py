@@ -279,7 +279,8 @@ class FittedRecords:
         along: FloatArray = np.linalg.lstsq(coefficients, variances, rcond=None)[0]
         information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
         unsure = np.sum(along * np.linalg.lstsq(information, along, rcond=None)[0], axis=0)
-        return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
+        # Overflow leaves no number: then nothing is sure.
+        return np.clip(np.nan_to_num(2.0 * samples / (2.0 + unsure), nan=1.0), 1.0, _MANY)
 
     def colours(self, noise: ArNoise, covariance: FloatArray) -> tuple[ArNoise, ArNoise]:
         """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest.
