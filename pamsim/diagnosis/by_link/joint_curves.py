@@ -14,7 +14,7 @@ from pamsim.diagnosis.by_link.learned_curve import POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
-from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force
+from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force, learns
 from pamsim.recordings.trial import Trial
 
 _POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
@@ -117,8 +117,9 @@ class JointPlace:
 
 
 def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
-    """Each joint that moves freely, with a tendon that runs over it alone."""
+    """Each joint that moves freely, with a tendon over it alone that has no curve yet."""
     found: list[JointPlace] = []
+    muscles = list(rig.muscles.values())
     for j, joint in enumerate(rig.joints):
         channel = rig.names.joint_channel(joint)
         seen = [trial for trial in trials if channel in trial.measured]
@@ -131,7 +132,11 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
         poses[:, rig.position_addresses[j]] = at
         arms = moment_arms(rig, poses)  # (n, m, j)
         over = np.abs(arms).max(axis=0) > 0.0
-        alone = [m for m, row in enumerate(over) if row[j] and np.count_nonzero(row) == 1]
+        alone = [
+            m
+            for m, (row, muscle) in enumerate(zip(over, muscles, strict=True))
+            if row[j] and np.count_nonzero(row) == 1 and not learns(muscle.learned)
+        ]
         if alone:
             lengths = tendon_lengths(rig, poses)[:, alone[0]]
             found.append(

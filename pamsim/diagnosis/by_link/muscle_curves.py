@@ -15,7 +15,12 @@ from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics import learned_tension as law
-from pamsim.physics.learned_tension import LearnedTension, learned_area, learned_pull
+from pamsim.physics.learned_tension import (
+    LearnedTension,
+    learned_area,
+    learned_pull,
+    learns_tension,
+)
 from pamsim.recordings.trial import Trial
 
 _FIELD = {Kind.PRESSED: "area_", Kind.UNPRESSED: "pull_"}
@@ -74,8 +79,8 @@ class MusclePlace:
 
 
 def muscle_place(rig: Rig, trials: Sequence[Trial]) -> MusclePlace | None:
-    """The muscles of a rig; None if one of them pushes, or a joint's position is not known."""
-    if any(one.pushes for one in rig.muscles.values()):
+    """The muscles of a rig; None if one pushes or has a curve, or no trial has all positions."""
+    if any(one.pushes or learns_tension(one.learned_tension) for one in rig.muscles.values()):
         return None
     found = contractions(rig, trials)
     low = min((float(one.min()) for one in found), default=0.0)

@@ -25,6 +25,9 @@ def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
     assert shaft.length == pytest.approx(shaft.middle * shaft.at)
     assert shaft.rates == pytest.approx((-0.3, 0.3), rel=0.02)
     ends = shaft.ends(Kind)
+    # A curve that was learned before stays; the other muscle's tendon may have one.
+    (other,) = places(pamsim.load_rig("mas20_arm").with_parameters(ends))
+    assert other.muscle == "muscle_2"
     assert ends["muscle_1:learned.low"] == pytest.approx(-ends["muscle_1:learned.high"], rel=1e-3)
     assert ends["muscle_1:learned.high"] == pytest.approx(0.3 * abs(shaft.middle), rel=0.01)
 

@@ -42,6 +42,8 @@ def test_the_range_is_that_of_all_muscles_against_their_free_lengths():
     assert filled.low == pytest.approx(1.0 - (1.0 - still.low) / longer)
     assert filled.high == pytest.approx(1.0 - (1.0 - still.high) / longer)
     assert muscle_place(rig, [recorded(pressure_1=0.0 * TIME)]) is None
+    learned = rig.with_parameters({"learned_tension.high": 0.05})
+    assert muscle_place(learned, [recorded(angle=SWING)]) is None
 
 
 def test_links_that_hold_the_muscles_may_show_tensions():
