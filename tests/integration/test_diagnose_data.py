@@ -209,7 +209,9 @@ def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path):
     assert again.high > again.low
     gap = report.gap["pressure_1"]
     assert gap.after < gap.before
-    assert "of the muscles" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    result = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    page = write_link_diagnosis(result, report.comparisons, tmp_path / "out")
+    assert "over the contraction of the muscles" in page.read_text(encoding="utf-8")
 
 
 DURATION = 28.0
