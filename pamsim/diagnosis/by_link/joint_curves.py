@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.link_inputs import smoothed
-from pamsim.comparison.links import JOINT, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.learned_curve import POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
@@ -52,10 +51,6 @@ class JointPlace:
     def middle(self) -> float:
         """The arm that speeds of the tendon are taken with."""
         return float(np.mean(self.arm))
-
-    def kinds(self, links: Collection[Link]) -> Sequence[Kind]:
-        """Over position and speed, where a link holds the joint."""
-        return tuple(_FIELD) if any(JOINT in link.parts for link in links) else ()
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of curves over position, speed or both [SI]."""

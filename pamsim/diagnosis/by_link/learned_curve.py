@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from pamsim.comparison.links import Link
+from pamsim.comparison.links import JOINT, MUSCLE
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 
@@ -19,6 +19,11 @@ class Kind(StrEnum):
     RATE = "a torque over the speed"
     PRESSED = "a tension per pressure over the contraction"
     UNPRESSED = "a tension over the contraction"
+
+    @property
+    def part(self) -> str:
+        """Part of the chain in which it acts."""
+        return MUSCLE if self in (Kind.PRESSED, Kind.UNPRESSED) else JOINT
 
 
 MUSCLES = "the muscles"
@@ -50,10 +55,6 @@ class Curve:
 
 class Place(Protocol):
     """Something whose forces may have no name: a joint, or the muscles."""
-
-    def kinds(self, links: Collection[Link]) -> Sequence[Kind]:
-        """Kinds of its curves that these links may show."""
-        ...
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of its curves, from one end of what was visited to the other."""

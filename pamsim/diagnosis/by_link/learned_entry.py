@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pamsim.comparison.links import MUSCLE
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.diagnosis.by_link.learned_curve import Curve, Kind
@@ -171,7 +172,7 @@ def properties(curve: Curve) -> tuple[str, ...]:
     does one over the contraction: what a muscle gives with pressure, its air has done.
     """
     at, torque, reach = curve.at, curve.value, curve.reach
-    if curve.kind in (Kind.PRESSED, Kind.UNPRESSED):
+    if curve.kind.part == MUSCLE:
         return ()
     if curve.kind is Kind.POSITION:
         rise, error = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]

@@ -45,14 +45,6 @@ _TYPICAL = {
 }
 """Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
 arm, or the area [m^2] on which 3 bar make that force."""
-_PART = {
-    Kind.POSITION: JOINT,
-    Kind.RATE: JOINT,
-    Kind.PRESSED: MUSCLE,
-    Kind.UNPRESSED: MUSCLE,
-}
-"""Part of the chain in which a kind of curve acts."""
-
 _MOST = 400.0  # largest control value that is sought, in typical ones
 
 
@@ -106,7 +98,12 @@ def learned_shape(
     """
     muscles = muscle_place(rig, trials)
     places: list[Place] = [*joint_places(rig, trials), *([muscles] if muscles else [])]
-    possible = [k for k in Kind if any(k in place.kinds(links) for place in places)]
+    possible = [
+        kind
+        for kind in Kind
+        if any(kind.part in link.parts for link in links)
+        and any(place.controls(kind) for place in places)
+    ]
     if not possible:
         return None
     with_ends = rig.with_parameters(_ends(places, possible))
@@ -153,7 +150,7 @@ def learned_shape(
         return None
     names = {p.name for kind in learned_over for p in shapes[kind].parameters}
     controls = {name: value for name, value in best.values.items() if name in names}
-    seen = _holding({_PART[kind] for kind in learned_over}, simulator.links)
+    seen = _holding({kind.part for kind in learned_over}, simulator.links)
     before, after = (_mean(unseen, m, seen) for m in (rest, best))
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
@@ -184,7 +181,7 @@ def _effect(places: Sequence[Place], kind: Kind) -> Effect:
     typical = _TYPICAL[kind]
     return Effect(
         name=f"learned_{kind.name.lower()}",
-        link="muscle" if _PART[kind] == MUSCLE else "joint",
+        link="muscle" if kind.part == MUSCLE else "joint",
         family="unnamed",
         missing=kind,
         look_alikes=(),

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.link_inputs import link_inputs
-from pamsim.comparison.links import MUSCLE, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.learned_curve import MUSCLES, POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
@@ -39,10 +38,6 @@ class MusclePlace:
 
     low: float
     high: float
-
-    def kinds(self, links: Collection[Link]) -> Sequence[Kind]:
-        """With pressure and without, where a link holds the muscles."""
-        return tuple(_FIELD) if any(MUSCLE in link.parts for link in links) else ()
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends that both curves share [-]."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.comparison.links import MUSCLE
 from pamsim.diagnosis.by_link.learned_curve import MUSCLES, Kind
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.engine.equilibrium import moment_arms
@@ -46,14 +46,12 @@ def test_the_range_is_that_of_all_muscles_against_their_free_lengths():
     assert muscle_place(learned, [recorded(angle=SWING)]) is None
 
 
-def test_links_that_hold_the_muscles_may_show_tensions():
+def test_tensions_are_curves_of_the_muscles_alone():
     place = muscle_place(pamsim.load_rig("mas20_arm"), [recorded(angle=SWING)])
-    assert place.kinds([Link(parts=(MUSCLE,))]) == (Kind.PRESSED, Kind.UNPRESSED)
-    assert place.kinds([Link(parts=(MUSCLE, JOINT))]) == (Kind.PRESSED, Kind.UNPRESSED)
-    assert place.kinds([Link(parts=(JOINT,)), Link(parts=(VALVES,))]) == ()
+    own = [kind for kind in Kind if kind.part == MUSCLE]
+    assert [kind for kind in Kind if place.controls(kind)] == own
     assert place.ends([Kind.POSITION]) == {}
     assert set(place.ends([Kind.PRESSED])) == {"learned_tension.low", "learned_tension.high"}
-    assert place.controls(Kind.RATE) == ()
 
 
 def test_curves_are_those_of_the_rig_with_their_control_values():
