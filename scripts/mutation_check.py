@@ -4,8 +4,8 @@
 
 A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
 from each part: ``laws`` of muscles, hysteresis and air; ``kernel``, the muscles' part of a step;
-``engine``; ``effects``; ``verdict``, the rules by which recordings, tables at rest and loops come
-to a verdict. Each is run by the tests of its room, the quickest first, and is caught if one fails
+``engine``; ``effects``; ``learned``, curves of what has no name; ``verdict``, the rules by which recordings,
+tables at rest and loops come to a verdict. Each is run by the tests of its room, the quickest first, and is caught if one fails
 or takes too long. Survivors are listed with the line before and after. It works on a copy of the
 repository: nothing here is touched. Where no mutation of a room survived, its tests must pass in
 the end with nothing changed. FILE is written after each mutation, and the same command goes on from
@@ -74,6 +74,20 @@ PARTS = {
         ("effects",),
         (f"{_PAGES}effects_is_that_of_the_catalog", "unit/effects",
          "unit/comparison physics/test_effects.py unit/diagnosis plant/test_hidden_effects.py"),
+    ),
+    "learned": Room(
+        (
+            "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
+            "diagnosis/by_link/joint_curves.py", "diagnosis/by_link/muscle_curves.py",
+            "diagnosis/by_link/learned_entry.py",
+        ),
+        (
+            "unit/physics/test_learned.py unit/physics/test_learned_tension.py"
+            " unit/diagnosis/by_link/test_joint_curves.py"
+            " unit/diagnosis/by_link/test_muscle_curves.py"
+            " unit/diagnosis/by_link/test_learned_entry.py",
+            f"{_FIELDS} unit/diagnosis/by_link physics/test_effects.py",
+        ),
     ),
     "verdict": Room(
         tuple(
