@@ -4,12 +4,12 @@
 
 A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
 from each part: ``laws`` of muscles, hysteresis and air; ``kernel``, the muscles' part of a step;
-``engine``; ``effects``; ``learned``, curves of what has no name; ``verdict``, the rules by which recordings,
-tables at rest and loops come to a verdict. Each is run by the tests of its room, the quickest first, and is caught if one fails
-or takes too long. Survivors are listed with the line before and after. It works on a copy of the
-repository: nothing here is touched. Where no mutation of a room survived, its tests must pass in
-the end with nothing changed. FILE is written after each mutation, and the same command goes on from
-it.
+``engine``; ``effects``; ``learned``, curves of what has no name; ``verdict``, the rules by which
+recordings, tables at rest and loops come to a verdict. Each is run by the tests of its room, the
+quickest first, and is caught if one fails or takes too long. Survivors are listed with the line
+before and after. It works on a copy of the repository: nothing here is touched. Where no mutation
+of a room survived, its tests must pass in the end with nothing changed. FILE is written after each
+mutation, and the same command goes on from it.
 """
 
 from __future__ import annotations
