@@ -32,7 +32,7 @@ from records import fingerprint, kept_rows, median, study_parser, write_rows
 
 import pamsim
 from pamsim.core.computation import versions
-from pamsim.core.units import PA_PER_BAR, FloatArray
+from pamsim.core.units import FloatArray, to_si
 from pamsim.diagnosis.by_link.learned_curve import Kind
 from pamsim.diagnosis.by_link.muscle_curves import contractions
 from pamsim.effects.catalog import EFFECTS
@@ -70,11 +70,8 @@ MUSCLES = {"swelling": "swell", "knot": "knot"}
 LIBRARY = {"coulomb_friction": 0.5, "chain_backlash": 0.8, "muscle_hysteresis": 1.0}
 """Effect that is tried -> its size in typical ones."""
 
-UNITS = {
-    "deg": np.pi / 180.0, "deg/s": np.pi / 180.0, "%": 0.01,
-    "N*m": 1.0, "N": 1.0, "N/bar": 1.0 / PA_PER_BAR,
-}  # fmt: skip
-"""Unit of a curve -> [SI]."""
+SI_UNITS = {"deg": "rad", "deg/s": "rad/s", "%": "1", "N*m": "N*m", "N": "N", "N/bar": "m^2"}
+"""Unit in which a curve is written -> that of the plant."""
 
 STEP = 7e-4  # of the plant's integrator [s], as in scripts/link_study.py
 QUANTILES = (0.01, 0.99)  # of what was visited
@@ -167,7 +164,9 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     seconds = time.perf_counter() - begun
     curves: list[dict[str, Any]] = []
     for one in found.learned:
-        at_si, si = UNITS[one.at_unit], UNITS[one.unit]
+        at_si, si = (
+            to_si(1.0, unit, SI_UNITS[unit], where="curve") for unit in (one.at_unit, one.unit)
+        )
         at = one.at * at_si
         low, high = visited(kind, trials) if fields else (at[0], at[-1])
         inside = (at >= low) & (at <= high)

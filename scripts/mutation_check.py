@@ -79,7 +79,7 @@ PARTS = {
         (
             "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
             "diagnosis/by_link/joint_curves.py", "diagnosis/by_link/muscle_curves.py",
-            "diagnosis/by_link/learned_entry.py",
+            "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/curve_forms.py",
         ),
         (
             "unit/physics/test_learned.py unit/physics/test_learned_tension.py"

@@ -14,7 +14,7 @@ from __future__ import annotations
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.spline import curve_of_8, integral_of_8
 
-POINTS = 8
+CONTROLS = 8
 """Control values of each curve: bends in a seventh of the stroke."""
 
 _STEP = 1e-6  # of a difference quotient by contraction: as `pamsim.physics.chosen_law`'s

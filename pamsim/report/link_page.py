@@ -177,8 +177,7 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
         if room > 0.0:  # a band as wide as nothing is known would hide the curve
             ax.set_ylim(ends[0] - room, ends[1] + room)
         unit = one["unit"].replace("*", " ")
-        over = one["kind"].rpartition(" ")[2]
-        x = f"{over} of {one['acts_at']} [{one['at_unit']}]"
+        x = f"{one['over']} of {one['acts_at']} [{one['at_unit']}]"
         finish_axes(ax, x=x, y=f"learned [{unit}]")
     return figure
 

@@ -185,17 +185,17 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
 
 
 @pytest.mark.slow
-def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path):
+def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path, monkeypatch):
     """A further area of 0.8 cm^2 at a contraction of 1 %, which pressures show as forces do."""
-    PLANT_EFFECTS["swelling"] = PlantEffect(
+    swelling = PlantEffect(
         name="swelling", formulation="a bump over the contraction", unit="m^2", typical=8e-5,
         change=on_muscles("swell", swell_at=0.01, swell_width=0.015),
     )  # fmt: skip
+    monkeypatch.setitem(PLANT_EFFECTS, "swelling", swelling)
     hidden = hide_in_plant(
         "mas20_arm", {"swelling": 1.0}, duration=5.0, repeats=3, forces=True,
         protocols=("triangle", "staircase", "multisine"), formulation="plant", seed=1, step=7e-4,
     )  # fmt: skip
-    del PLANT_EFFECTS["swelling"]
     hidden.save(tmp_path / "data")
     report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
     (curve,) = report.learned

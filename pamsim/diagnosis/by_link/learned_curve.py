@@ -21,6 +21,11 @@ class Kind(StrEnum):
     UNPRESSED = "a tension over the contraction"
 
     @property
+    def over(self) -> str:
+        """What it runs over: ``position``, ``speed`` or ``contraction``."""
+        return self.rpartition(" ")[2]
+
+    @property
     def part(self) -> str:
         """Part of the chain in which it acts."""
         return MUSCLE if self in (Kind.PRESSED, Kind.UNPRESSED) else JOINT

@@ -13,8 +13,8 @@ from pamsim.diagnosis.by_link.learned_curve import MUSCLES, POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import tendon_lengths
 from pamsim.engine.rig import Rig
-from pamsim.physics import learned_tension as law
 from pamsim.physics.learned_tension import (
+    CONTROLS,
     LearnedTension,
     learned_area,
     learned_pull,
@@ -49,7 +49,7 @@ class MusclePlace:
         """Names of the control values of a curve."""
         if kind not in _FIELD:
             return ()
-        return [f"learned_tension.{_FIELD[kind]}{k}" for k in range(1, law.POINTS + 1)]
+        return [f"learned_tension.{_FIELD[kind]}{k}" for k in range(1, CONTROLS + 1)]
 
     def curves(
         self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors

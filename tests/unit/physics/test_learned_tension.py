@@ -5,7 +5,7 @@ import pytest
 
 import pamsim
 from pamsim.physics.learned_tension import (
-    POINTS,
+    CONTROLS,
     LearnedTension,
     learned_area,
     learned_derivatives,
@@ -19,7 +19,7 @@ from pamsim.physics.static_muscle import static_force, static_volume, volume_and
 from tests.unit.physics.splines import by_scipy
 
 RNG = np.random.default_rng(7)
-AREAS, PULLS = RNG.normal(size=POINTS) * 2e-5, RNG.normal(size=POINTS) * 20.0
+AREAS, PULLS = RNG.normal(size=CONTROLS) * 2e-5, RNG.normal(size=CONTROLS) * 20.0
 NUMBERS = {f"area_{k}": float(c) for k, c in enumerate(AREAS, start=1)}
 NUMBERS |= {f"pull_{k}": float(c) for k, c in enumerate(PULLS, start=1)}
 LEARNED = LearnedTension(low=-0.02, high=0.12, **NUMBERS)
