@@ -27,6 +27,7 @@ from pamsim.comparison.link_simulation import (
     link_experiment,
     torques_beyond,
     ways_to_rest,
+    with_effort,
 )
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.core.errors import InputError, ParameterError
@@ -287,6 +288,9 @@ class ChainRuns:
     def _experiment(self, job: _Job, torques: _Torques) -> tuple[Trial, Experiment]:
         mean, run = job.mean, job.how
         leads = run.pressures and bool(run.moved)
+        torque = torques[job] if run.pulled and run.pulled not in run.moved else None
+        # What leads to a trial follows the torque that it begins with.
+        apart = torque is not None and not leads
         sensor, stops = job.rig.sensor, job.rig.model.jnt_range
         key = job.run, sensor, stops.tobytes()
         known = self._driven.get(key)
@@ -297,11 +301,14 @@ class ChainRuns:
                 run,
                 self._inputs[mean.name],
                 way=self._ways.get(mean.name) if leads else None,
-                torque=torques[job] if run.pulled else None,
+                torque=np.zeros(mean.time.size) if apart else torque,
             )
-            if not run.pulled and sensor == self._rig.sensor:
+            if sensor == self._rig.sensor and (torque is None or apart):
                 self._driven[key] = known
-        return known
+        if torque is None or not apart:
+            return known
+        driven, experiment = known
+        return driven, with_effort(experiment, run.pulled, torque)
 
 
 def link_residuals(

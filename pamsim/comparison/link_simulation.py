@@ -115,6 +115,13 @@ def link_experiment(
     return driven, with_true_inputs(rig, experiment)
 
 
+def with_effort(experiment: Experiment, joint: str, effort: FloatArray) -> Experiment:
+    """An experiment with an effort (k,) more on one of its driven joints [N m or N]."""
+    value, drives = experiment.command_value.copy(), experiment.drives
+    value[:, len(drives.muscles) + list(drives.joints).index(joint)] += effort
+    return replace(experiment, command_value=value)
+
+
 def torques_beyond(
     rig: Rig, forces: FloatArray, arms: FloatArray, signals: Signals
 ) -> dict[str, FloatArray]:

@@ -257,29 +257,33 @@ def view(row: Row) -> Parameters:
     Raises:
         EngineError: if a code stands for no law.
     """
-    numbers = np.asarray(row, dtype=float).tolist()
+    numbers: list[float] = np.asarray(row, dtype=float).tolist()
 
-    def named(places: Sequence[tuple[str, int]]) -> dict[str, float]:
-        return {name: numbers[place] for name, place in places}
+    def named(fields: _Fields) -> dict[str, float]:
+        names, places = fields
+        return dict(zip(names, map(numbers.__getitem__, places), strict=True))
 
-    own, groups = _places_by_group(*laws_of(row))
-    records = {group: SimpleNamespace(**named(places)) for group, places in groups}
+    own, groups = _fields_by_group(*laws_of(row))
+    records = {group: SimpleNamespace(**named(fields)) for group, fields in groups}
     return SimpleNamespace(**named(own), **records)
 
 
-_Places: TypeAlias = list[tuple[str, int]]
+_Fields: TypeAlias = tuple[tuple[str, ...], tuple[int, ...]]
+"""Names of numbers, and their places in a row."""
 
 
 @functools.cache
-def _places_by_group(
+def _fields_by_group(
     *laws: type[ParameterGroup] | None,
-) -> tuple[_Places, list[tuple[str, _Places]]]:
-    """Places of the numbers outside groups, and of those in each; every run of a batch asks."""
-    groups: defaultdict[str, _Places] = defaultdict(list)
+) -> tuple[_Fields, list[tuple[str, _Fields]]]:
+    """Numbers outside groups, and those in each; every run of a batch asks."""
+    groups: defaultdict[str, dict[str, int]] = defaultdict(dict)
     for name, place in places_in_row(*laws).items():
         group, _, field = name.rpartition(".")
-        groups[group].append((field, place))
-    return groups.pop(""), [*groups.items()]
+        groups[group][field] = place
+    own = groups.pop("")
+    fields = {group: (tuple(places), tuple(places.values())) for group, places in groups.items()}
+    return (tuple(own), tuple(own.values())), [*fields.items()]
 
 
 def parameters(muscle: Muscle) -> Parameters:
