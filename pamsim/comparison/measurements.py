@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pamsim.comparison.aligned_logs import aligned
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording_reader import read_recordings
@@ -40,13 +41,15 @@ class CalibrationData:
     def of_rig(self, rig: Rig) -> CalibrationData:
         """The same with the trials' channels and commands as a rig names and orders them.
 
+        Logs of one input that begin and end at other rows are cut to those that all have.
+
         Raises:
             InputError: as `pamsim.recordings.trial.of_rig`.
         """
         found = [of_rig(trial, rig.names, rig.name) for trial in self.trials]
         notes = [note for _, own in found for note in own]
-        trials = tuple(trial for trial, _ in found)
-        return replace(self, trials=trials, notes=(*self.notes, *notes))
+        trials, cut = aligned([trial for trial, _ in found])
+        return replace(self, trials=trials, notes=(*self.notes, *notes, *cut))
 
 
 def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> CalibrationData:

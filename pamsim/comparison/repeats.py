@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from pamsim.comparison.link_inputs import sample_noise
 from pamsim.core.units import FloatArray
@@ -14,6 +15,12 @@ from pamsim.recordings.trial import Trial, TrialLead
 
 _SAME = 1e-6  # of a command's range, to which it is written
 _SAME_TIME = 1e-6  # s: clocks that begin later, up to 1970, round to less; valves are slower
+_LATE = 3
+"""Samples by which a command may change earlier or later than in a repeat: a loop that reads, logs
+and commands by turns writes it into the next row or the one after, and so does what it is compared
+with. What that changes is simulated for each trial.
+"""
+_ABOUT = 2 * _LATE + 1
 _SAME_NOISE = 6.0  # standard deviations from sample to sample, by which no two readings differ
 _REGULATED = 0.05
 """Of the largest reading of its kind, by which an imposed signal may differ between repeats on
@@ -73,9 +80,42 @@ def repeats(trials: Sequence[Trial]) -> tuple[Repeats, ...]:
 
 
 def _repeat(first: Trial, other: Trial) -> bool:
-    commanded = np.flatnonzero(~np.array(first.drives.between))
-    same = first.measured.keys() == other.measured.keys()
-    return same and same_input(first, other, commanded) and _imposed_again(first, other)
+    return same_settings(first, other) and not what_differs(first, other)
+
+
+def what_differs(first: Trial, other: Trial) -> str:
+    """In what trials of one protocol, drive and load do not repeat each other; empty if they do.
+
+    Commands may change a few rows earlier or later.
+    """
+    if first.measured.keys() != other.measured.keys():
+        return "not the same signals were measured"
+    held = np.flatnonzero(~np.array(first.drives.between))
+    if not _same_lead(first, other, held):
+        return "what comes before them differs"
+    if first.time.shape != other.time.shape:
+        return f"they have {first.time.size} and {other.time.size} rows"
+    if not _same_clock(first, other):
+        return "their clocks differ; state the same `rate` in every [[trial]]"
+    for column in held:
+        at = _other_from(first.command[:, column], other.command[:, column])
+        if at is not None:
+            return f"their commands differ from {first.time[at]:.4g} s on"
+    return "" if _imposed_again(first, other) else "what is imposed on them differs"
+
+
+def _other_from(own: FloatArray, its: FloatArray) -> int | None:
+    """First row in which a held command (n,) is none that another has a few rows off; else None.
+
+    What follows the last rows, in which one may still change, is not known.
+    """
+    rows = slice(len(own) - _LATE)
+    apart = np.zeros(len(own), dtype=bool)
+    for one, two in ((own, its), (its, own)):
+        low, high = minimum_filter1d(two, _ABOUT), maximum_filter1d(two, _ABOUT)
+        written_over = (high - low) / (2 * _LATE)  # the row at the peak of a sine may be missing
+        apart |= (one < low - written_over) | (one > high + written_over)
+    return int(np.argmax(apart[rows])) if apart[rows].any() else None
 
 
 def _imposed_again(first: Trial, other: Trial) -> bool:
@@ -107,33 +147,45 @@ def protocols_by_load(trials: Sequence[Trial]) -> dict[str, str]:
     }
 
 
-def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = None) -> bool:
-    """Whether trials have one protocol, load, clock, and some columns of their commands.
+def same_input(first: Trial, other: Trial) -> bool:
+    """Whether trials have one protocol, load, clock, and the same command in every row.
 
     So they must before each, where they do not begin at rest.
     """
-    own = slice(None) if columns is None else columns
-    lead, its = first.lead_in, other.lead_in
-    if lead is None or its is None:
-        same_lead = lead is its
-    else:
-        same_lead = abs(lead.duration - its.duration) <= _SAME_TIME and _same_rows(lead, its, own)
+    columns = np.arange(first.command.shape[1])
     return (
-        same_lead
-        and first.protocol == other.protocol
-        and first.drive == other.drive
-        and first.load == other.load
-        and _same_rows(first, other, own)
+        same_settings(first, other)
+        and _same_lead(first, other, columns)
+        and _same_rows(first, other, columns)
     )
 
 
+def same_settings(first: Trial, other: Trial) -> bool:
+    """Whether trials are of one protocol, drive and load, as repeats are."""
+    return (
+        first.protocol == other.protocol and first.drive == other.drive and first.load == other.load
+    )
+
+
+def _same_lead(first: Trial, other: Trial, columns: NDArray[np.intp]) -> bool:
+    lead, its = first.lead_in, other.lead_in
+    if lead is None or its is None:
+        return lead is its
+    return abs(lead.duration - its.duration) <= _SAME_TIME and _same_rows(lead, its, columns)
+
+
 def _same_rows(
-    first: Trial | TrialLead, other: Trial | TrialLead, columns: slice | NDArray[np.intp]
+    first: Trial | TrialLead, other: Trial | TrialLead, columns: NDArray[np.intp]
 ) -> bool:
+    return _same_clock(first, other) and np.array_equal(
+        first.command[:, columns], other.command[:, columns]
+    )
+
+
+def _same_clock(first: Trial | TrialLead, other: Trial | TrialLead) -> bool:
     return (
         first.time.shape == other.time.shape
         and float(np.abs(first.time - other.time).max(initial=0.0)) <= _SAME_TIME
-        and np.array_equal(first.command[:, columns], other.command[:, columns])
     )
 
 

@@ -8,7 +8,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.recordings.trial import Trial
 
-_SHUT_AT_0 = frozenset({"valve", "pulse"})  # drives whose valves are shut at a command of 0
+SHUT_AT_0 = frozenset({"valve", "pulse"})  # drives whose valves are shut at a command of 0
 _FEWEST, _MOST = 16, 50
 """Readings of which a straight line shows the beginning: to ``2 / sqrt(n)`` of the noise, half of
 it and a quarter. Air that leaks follows a line for so long, or a parabola."""
@@ -61,7 +61,7 @@ def resting_rows(trial: Trial) -> int:
     """
     still = np.all(trial.command == trial.command[0], axis=1)
     for muscle, kind in enumerate(trial.drives.muscles):
-        still &= kind == "sealed" or (kind in _SHUT_AT_0 and trial.command[0, muscle] == 0.0)
+        still &= kind == "sealed" or (kind in SHUT_AT_0 and trial.command[0, muscle] == 0.0)
     rows = still.size if still.all() else int(np.argmin(still))
     return min(rows, _MOST) if rows >= _FEWEST else 1
 

@@ -1,0 +1,103 @@
+"""Logs of one input that were started and stopped by hand, cut to the rows that all have.
+
+A logger runs for some samples before the first command, and on until somebody stops it. Trials of
+one protocol are repeats of each other from their first command on: what comes before it is rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pamsim.comparison.repeats import same_settings, what_differs
+from pamsim.recordings.start_pressures import SHUT_AT_0
+from pamsim.recordings.trial import Trial
+
+_MOST_CUT = 0.25  # of the longest log: one that stops much earlier is better recorded again
+_SHOWN = 4  # names in a sentence
+
+
+def aligned(trials: Sequence[Trial]) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+    """Trials, of which those that repeat each other but for where they begin and end are cut.
+
+    Returns:
+        The trials, in their order, and sentences: what was cut, and which trials of one protocol
+        are no repeats, and why.
+    """
+    found = {trial.name: trial for trial in trials}
+    inputs: list[Trial] = []  # the first trial of each
+    cut, apart = dict[str, int](), dict[str, tuple[str, str]]()
+    left = list(trials)
+    while left:
+        first = left[0]
+        group = [first, *(other for other in left[1:] if not _differ(first, other))]
+        own = _cut(group)
+        found.update((trial.name, trial) for trial in own)
+        if any(new is not old for new, old in zip(own, group, strict=True)):
+            cut[first.protocol] = own[0].time.size
+        for known in inputs:
+            if same_settings(known, first):
+                pair = f"{known.name} and {first.name}"
+                apart.setdefault(first.protocol, (_differ(known, first), pair))
+        inputs.append(first)
+        names = {trial.name for trial in group}
+        left = [trial for trial in left if trial.name not in names]
+    notes = [
+        f"no repeats though of one protocol: {_listed(pairs)}: {why}"
+        for why in dict.fromkeys(why for why, _ in apart.values())
+        for pairs in [[pair for own, pair in apart.values() if own == why]]
+    ]
+    if cut:
+        rows = _listed([f"{protocol} ({count} rows)" for protocol, count in cut.items()])
+        notes.insert(0, f"repeats begin or end at other rows, and are cut to those of all: {rows}")
+    return tuple(found.values()), tuple(notes)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _SHOWN
+    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+
+
+def _differ(first: Trial, other: Trial) -> str:
+    """In what trials differ beside where they begin and end; empty if in nothing."""
+    if not same_settings(first, other):
+        return "other settings"
+    as_they_are = what_differs(first, other)
+    both = _cut([first, other]) if as_they_are else ()
+    return as_they_are and (what_differs(*both) if both else as_they_are)
+
+
+def _cut(trials: Sequence[Trial]) -> list[Trial]:
+    """Trials from as long before their first command on; as they are where that is not known."""
+    first = [_first_command(trial) for trial in trials]
+    if len(trials) == 1 or not all(first):
+        return list(trials)
+    begins = [row - min(first) for row in first]
+    count = min(trial.time.size - row for trial, row in zip(trials, begins, strict=True))
+    if count < (1.0 - _MOST_CUT) * max(trial.time.size for trial in trials):
+        return list(trials)
+    return [_rows(trial, row, count) for trial, row in zip(trials, begins, strict=True)]
+
+
+def _first_command(trial: Trial) -> int:
+    """Row at which the first command of a trial that begins at rest changes; 0 for none."""
+    held = ~np.array(trial.drives.between)
+    for kind, command in zip(trial.drives.kinds, trial.command[0], strict=True):
+        if trial.lead_in is not None or (kind in SHUT_AT_0 and command != 0.0):
+            return 0
+    changed = np.any(np.diff(trial.command[:, held], axis=0) != 0.0, axis=1)
+    return 1 + int(np.argmax(changed)) if changed.any() else 0
+
+
+def _rows(trial: Trial, begin: int, count: int) -> Trial:
+    if count == trial.time.size:
+        return trial
+    rows = slice(begin, begin + count)
+    return replace(
+        trial,
+        time=trial.time[rows] - trial.time[begin],
+        command=trial.command[rows],
+        measured={channel: values[rows] for channel, values in trial.measured.items()},
+    )
