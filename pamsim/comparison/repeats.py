@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from pamsim.comparison.link_inputs import sample_noise
@@ -90,17 +89,24 @@ def what_differs(first: Trial, other: Trial) -> str:
     """
     if first.measured.keys() != other.measured.keys():
         return "not the same signals were measured"
-    held = np.flatnonzero(~np.array(first.drives.between))
-    if not _same_lead(first, other, held):
+    lead = first.lead_in
+    if not _same_lead_clock(lead, other.lead_in):
         return "what comes before them differs"
     if first.time.shape != other.time.shape:
         return f"they have {first.time.size} and {other.time.size} rows"
     if not _same_clock(first, other):
         return "their clocks differ; state the same `rate` in every [[trial]]"
-    for column in held:
-        at = _other_from(first.command[:, column], other.command[:, column])
+    before = 0 if lead is None else lead.time.size
+    own, its = (
+        t.command if t.lead_in is None else np.concatenate([t.lead_in.command, t.command])
+        for t in (first, other)
+    )
+    for column in np.flatnonzero(~np.array(first.drives.between)):
+        at = _other_from(own[:, column], its[:, column])
+        if at is not None and at < before:
+            return "what comes before them differs"
         if at is not None:
-            return f"their commands differ from {first.time[at]:.4g} s on"
+            return f"their commands differ from {first.time[at - before]:.4g} s on"
     return "" if _imposed_again(first, other) else "what is imposed on them differs"
 
 
@@ -152,11 +158,13 @@ def same_input(first: Trial, other: Trial) -> bool:
 
     So they must before each, where they do not begin at rest.
     """
-    columns = np.arange(first.command.shape[1])
+    lead, its = first.lead_in, other.lead_in
     return (
         same_settings(first, other)
-        and _same_lead(first, other, columns)
-        and _same_rows(first, other, columns)
+        and _same_lead_clock(lead, its)
+        and (lead is None or its is None or np.array_equal(lead.command, its.command))
+        and _same_clock(first, other)
+        and np.array_equal(first.command, other.command)
     )
 
 
@@ -167,19 +175,10 @@ def same_settings(first: Trial, other: Trial) -> bool:
     )
 
 
-def _same_lead(first: Trial, other: Trial, columns: NDArray[np.intp]) -> bool:
-    lead, its = first.lead_in, other.lead_in
+def _same_lead_clock(lead: TrialLead | None, its: TrialLead | None) -> bool:
     if lead is None or its is None:
         return lead is its
-    return abs(lead.duration - its.duration) <= _SAME_TIME and _same_rows(lead, its, columns)
-
-
-def _same_rows(
-    first: Trial | TrialLead, other: Trial | TrialLead, columns: NDArray[np.intp]
-) -> bool:
-    return _same_clock(first, other) and np.array_equal(
-        first.command[:, columns], other.command[:, columns]
-    )
+    return abs(lead.duration - its.duration) <= _SAME_TIME and _same_clock(lead, its)
 
 
 def _same_clock(first: Trial | TrialLead, other: Trial | TrialLead) -> bool:
