@@ -70,11 +70,16 @@ def _differ(first: Trial, other: Trial) -> str:
 
 
 def _cut(trials: Sequence[Trial]) -> list[Trial]:
-    """Trials from as long before their first command on; as they are where that is not known."""
-    first = [_first_command(trial) for trial in trials]
-    if len(trials) == 1 or not all(first):
-        return list(trials)
-    begins = [row - min(first) for row in first]
+    """Trials from as long before their first command on; as they are where that is not known.
+
+    Those with a lead-in begin where that ends.
+    """
+    begins = [0] * len(trials)
+    if any(trial.lead_in is None for trial in trials):
+        first = [_first_command(trial) for trial in trials]
+        if not all(first):
+            return list(trials)
+        begins = [row - min(first) for row in first]
     count = min(trial.time.size - row for trial, row in zip(trials, begins, strict=True))
     if count < (1.0 - _MOST_CUT) * max(trial.time.size for trial in trials):
         return list(trials)

@@ -103,3 +103,19 @@ def test_a_log_that_moves_from_its_first_row_on_or_stops_much_earlier_is_not_cut
         found, notes = aligned(trials)
         assert all(new is old for new, old in zip(found, trials, strict=True))
         assert "rows" in notes[0]
+
+
+def test_periods_of_a_log_are_cut_at_their_ends():
+    lead = TrialLead(
+        time=np.arange(2) / 100.0, duration=0.02, command=LEVELS[:2], start_pressure=LEVELS[0]
+    )
+    whole, last = (replace(log(name, before=5), lead_in=lead) for name in "ab")
+    last = replace(
+        last, time=last.time[:-1], command=last.command[:-1],
+        measured={"angle": last.measured["angle"][:-1]},
+    )  # fmt: skip
+    trials, _ = aligned([whole, last])
+    assert [trial.time.size for trial in trials] == [164, 164]
+    assert trials[1] is last
+    (group,) = repeats(trials)
+    assert len(group.trials) == 2
