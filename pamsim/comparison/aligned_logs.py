@@ -37,10 +37,9 @@ def aligned(trials: Sequence[Trial]) -> tuple[tuple[Trial, ...], tuple[str, ...]
         found.update((trial.name, trial) for trial in own)
         if any(new is not old for new, old in zip(own, group, strict=True)):
             cut[first.protocol] = own[0].time.size
-        for known in inputs:
-            if same_settings(known, first):
-                pair = f"{known.name} and {first.name}"
-                apart.setdefault(first.protocol, (_differ(known, first), pair))
+        known = next((one for one in inputs if same_settings(one, first)), None)
+        if known is not None and first.protocol not in apart:
+            apart[first.protocol] = _differ(known, first), f"{known.name} and {first.name}"
         inputs.append(first)
         names = {trial.name for trial in group}
         left = [trial for trial in left if trial.name not in names]
