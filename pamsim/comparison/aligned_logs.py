@@ -63,9 +63,7 @@ def _differ(first: Trial, other: Trial) -> str:
     """In what trials differ beside where they begin and end; empty if in nothing."""
     if not same_settings(first, other):
         return "other settings"
-    as_they_are = what_differs(first, other)
-    both = _cut([first, other]) if as_they_are else ()
-    return as_they_are and (what_differs(*both) if both else as_they_are)
+    return what_differs(first, other) and what_differs(*_cut([first, other]))
 
 
 def _cut(trials: Sequence[Trial]) -> list[Trial]:
