@@ -32,17 +32,17 @@ def aligned(trials: Sequence[Trial]) -> tuple[tuple[Trial, ...], tuple[str, ...]
     left = list(trials)
     while left:
         first = left[0]
-        group = [first, *(other for other in left[1:] if not _differ(first, other))]
-        own = _cut(group)
+        late = {trial.name: _rows_late(first, trial) for trial in left}
+        group = [trial for trial in left if late[trial.name] is not None]
+        own = _cut(group, [late[trial.name] or 0 for trial in group])
         found.update((trial.name, trial) for trial in own)
         if any(new is not old for new, old in zip(own, group, strict=True)):
             cut[first.protocol] = own[0].time.size
         known = next((one for one in inputs if same_settings(one, first)), None)
         if known is not None and first.protocol not in apart:
-            apart[first.protocol] = _differ(known, first), f"{known.name} and {first.name}"
+            apart[first.protocol] = what_differs(known, first), f"{known.name} and {first.name}"
         inputs.append(first)
-        names = {trial.name for trial in group}
-        left = [trial for trial in left if trial.name not in names]
+        left = [trial for trial in left if late[trial.name] is None]
     notes = [
         f"no repeats though of one protocol: {_listed(pairs)}: {why}"
         for why in dict.fromkeys(why for why, _ in apart.values())
@@ -59,24 +59,21 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
-def _differ(first: Trial, other: Trial) -> str:
-    """In what trials differ beside where they begin and end; empty if in nothing."""
+def _rows_late(first: Trial, other: Trial) -> int | None:
+    """By how many rows another trial of one input comes later; None if it is of another input."""
     if not same_settings(first, other):
-        return "other settings"
-    return what_differs(first, other) and what_differs(*_cut([first, other]))
+        return None
+    commands = [_first_command(trial) for trial in (first, other)]
+    by_command = commands[1] - commands[0] if all(commands) else 0
+    for late in dict.fromkeys((0, by_command)):
+        if not what_differs(*_cut([first, other], [0, late])):
+            return late
+    return None
 
 
-def _cut(trials: Sequence[Trial]) -> list[Trial]:
-    """Trials from as long before their first command on; as they are where that is not known.
-
-    Those with a lead-in begin where that ends.
-    """
-    begins = [0] * len(trials)
-    if any(trial.lead_in is None for trial in trials):
-        first = [_first_command(trial) for trial in trials]
-        if not all(first):
-            return list(trials)
-        begins = [row - min(first) for row in first]
+def _cut(trials: Sequence[Trial], late: Sequence[int]) -> list[Trial]:
+    """Trials from the first row that all have on, given by how many rows each comes later."""
+    begins = [rows - min(late) for rows in late]
     count = min(trial.time.size - row for trial, row in zip(trials, begins, strict=True))
     if count < (1.0 - _MOST_CUT) * max(trial.time.size for trial in trials):
         return list(trials)

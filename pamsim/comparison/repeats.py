@@ -113,15 +113,16 @@ def what_differs(first: Trial, other: Trial) -> str:
 def _other_from(own: FloatArray, its: FloatArray) -> int | None:
     """First row in which a held command (n,) is none that another has a few rows off; else None.
 
-    What follows the last rows, in which one may still change, is not known.
+    What precedes the first rows and follows the last, in which one may still change, is not known.
     """
-    rows = slice(len(own) - _LATE)
+    ends = min(_LATE, (len(own) - 1) // 2)
+    rows = slice(ends, len(own) - ends)
     apart = np.zeros(len(own), dtype=bool)
     for one, two in ((own, its), (its, own)):
         low, high = minimum_filter1d(two, _ABOUT), maximum_filter1d(two, _ABOUT)
         written_over = (high - low) / (2 * _LATE)  # the row at the peak of a sine may be missing
         apart |= (one < low - written_over) | (one > high + written_over)
-    return int(np.argmax(apart[rows])) if apart[rows].any() else None
+    return ends + int(np.argmax(apart[rows])) if apart[rows].any() else None
 
 
 def _imposed_again(first: Trial, other: Trial) -> bool:

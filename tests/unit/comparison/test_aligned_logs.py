@@ -77,7 +77,7 @@ def test_what_follows_the_last_change_of_the_shorter_may_change_in_its_last_rows
 @pytest.mark.parametrize(
     ("changed", "why"),
     [
-        ({"command": np.roll(log("b", before=5).command, 1, axis=1)}, "commands differ from 0 s"),
+        ({"command": np.roll(log("b", before=5).command, 1, axis=1)}, "commands differ from 0.03"),
         ({"time": np.arange(165) / 50.0}, "clocks differ"),
         ({"measured": {}}, "not the same signals"),
         ({"lead_in": TrialLead(time=np.zeros(1), duration=1.0, command=LEVELS[:1],
@@ -103,6 +103,14 @@ def test_a_log_that_moves_from_its_first_row_on_or_stops_much_earlier_is_not_cut
         found, notes = aligned(trials)
         assert all(new is old for new, old in zip(found, trials, strict=True))
         assert "rows" in notes[0]
+
+
+def test_a_row_that_holds_what_was_commanded_before_is_no_first_command():
+    stale = log("b", before=5, after=2)
+    stale.command[0] = LEVELS[3]
+    trials, _ = aligned([log("a", before=5), stale])
+    (group,) = repeats(trials)
+    assert [trial.time.size for trial in group.trials] == [165, 165]
 
 
 def test_periods_of_a_log_are_cut_at_their_ends():
