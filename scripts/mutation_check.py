@@ -1,15 +1,16 @@
-"""Whether the tests notice a slip in a law, an effect or a verdict rule: one-line mutations.
+"""Whether the tests notice a slip in a law, a verdict rule, a page or a command: line by line.
 
     python scripts/mutation_check.py [PART ...] [--count 20] [--seed 0] [--json FILE]
 
 A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
 from each part: ``laws`` of muscles, hysteresis and air; ``kernel``, the muscles' part of a step;
 ``engine``; ``effects``; ``learned``, curves of what has no name; ``verdict``, the rules by which
-recordings, tables at rest and loops come to a verdict. Each is run by the tests of its room, the
-quickest first, and is caught if one fails or takes too long. Survivors are listed with the line
-before and after. It works on a copy of the repository: nothing here is touched. Where no mutation
-of a room survived, its tests must pass in the end with nothing changed. FILE is written after each
-mutation, and the same command goes on from it.
+recordings, tables at rest and loops come to a verdict; ``identification``; ``papers``, their claims
+recomputed; ``report``, figures and pages; ``sweeps``; ``cli``, the commands. Each is run by the
+tests of its room, the quickest first, and is caught if one fails or takes too long. Survivors are
+listed with the line before and after. It works on a copy of the repository: nothing here is
+touched. Where no mutation of a room survived, its tests must pass in the end with nothing changed.
+FILE is written after each mutation, and the same command goes on from it.
 """
 
 from __future__ import annotations
@@ -53,6 +54,13 @@ class Room:
 _PAGES = "unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_"
 _FIELDS = f"{_PAGES}parameters_is_that_of_the_classes"
 _ENGINE = "unit/engine integration/test_callback.py integration/test_laws_in_engine.py physics"
+_COMMANDS = (
+    "integration/test_import_command.py integration/test_hide_command.py"
+    " integration/test_identify_command.py integration/test_film_command.py"
+    " integration/test_check_command.py integration/test_fit.py integration/test_replicate.py"
+    " integration/test_reproduce.py integration/test_window.py unit/scene unit/sweeps"
+    " integration/test_calibrate_command.py integration/test_diagnose_command.py"
+)
 
 PARTS = {
     "laws": Room(
@@ -97,6 +105,34 @@ PARTS = {
         ("unit/diagnosis/by_link/test_rows_at_rest.py unit/diagnosis/by_link/test_loops.py"
          " unit/diagnosis/by_link/test_link_diagnosis.py",
          "unit/diagnosis unit/comparison"),
+    ),
+    "identification": Room(
+        ("identification",),
+        ("unit/identification",
+         "integration/test_identify_command.py unit/report/test_identify_page.py"
+         " integration/test_design_loop.py unit/controllers unit/papers/test_reproduce_checks.py"),
+    ),
+    "papers": Room(
+        ("papers",),
+        ("unit/papers", "integration/test_replicate.py integration/test_reproduce.py"
+         " integration/test_paper_benches.py unit/report/test_replication_page.py"
+         " unit/report/test_reproduce_page.py"),
+    ),
+    "report": Room(
+        ("report",),
+        ("unit/report", "integration/test_results.py unit/fitting/test_fit_result.py"
+         " unit/sweeps/test_sweep.py unit/identification/test_identify_result.py"
+         " unit/diagnosis/by_link/test_result.py unit/tooling/test_command_line.py",
+         _COMMANDS),
+    ),
+    "sweeps": Room(
+        ("sweeps",),
+        ("unit/sweeps", "unit/tooling integration/test_results.py integration/test_own_physics.py"),
+    ),
+    "cli": Room(
+        ("cli",),
+        ("unit/tooling/test_commands.py unit/tooling/test_command_line.py"
+         " integration/test_command_line.py", _COMMANDS),
     ),
 }  # fmt: skip
 
