@@ -96,7 +96,7 @@ def _late(values: FloatArray, samples: int) -> FloatArray:
 def _chain(constants: Any, integrators: int) -> Any:
     """State matrix of the chain, and how its input enters."""
     n = constants.size + integrators
-    chain, entry = np.zeros((n, n), dtype=constants.dtype), np.zeros(n, dtype=constants.dtype)
+    chain, entry = np.zeros((n, n), constants.dtype), np.zeros(n, constants.dtype)
     for i in range(n):
         if i:
             chain[i, i - 1] = 1.0
@@ -104,7 +104,8 @@ def _chain(constants: Any, integrators: int) -> Any:
             entry[i] = 1.0
         if i < constants.size:
             rate = 1.0 / constants[i]
-            chain[i, : i + 1] *= rate
+            for j in range(i + 1):
+                chain[i, j] *= rate
             chain[i, i] = -rate
             entry[i] *= rate
     return chain, entry
@@ -113,27 +114,34 @@ def _chain(constants: Any, integrators: int) -> Any:
 @_compiled
 def _exponential(matrix: Any) -> Any:
     """Exponential of a few by few matrix, by Taylor series, scaling and squaring."""
-    norm = np.max(np.sum(np.abs(matrix), axis=1))
+    n = matrix.shape[0]
+    norm = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += abs(matrix[i, j])
+        norm = max(norm, row)
     squarings = max(0, int(np.ceil(np.log2(max(2.0 * norm, 1.0)))))
-    small = matrix / 2.0**squarings
+    small, result = np.empty_like(matrix), np.empty_like(matrix)
+    for i in range(n):
+        for j in range(n):
+            small[i, j] = matrix[i, j] / 2.0**squarings
+            result[i, j] = 1.0 if i == j else 0.0
     # Horner's scheme; with a norm of at most 1/2, 15 terms leave less than the rounding error.
-    identity = np.eye(matrix.shape[0]).astype(matrix.dtype)
-    result = identity
-    for k in range(_TERMS, 0, -1):
-        result = _product(small, result) / k + identity
-    for _ in range(squarings):
-        result = _product(result, result)
-    return result
-
-
-@_compiled
-def _product(left: Any, right: Any) -> Any:
-    """Product of two small matrices, without BLAS."""
-    result = np.zeros((left.shape[0], right.shape[1]), dtype=left.dtype)
-    for i in range(left.shape[0]):
-        for k in range(right.shape[0]):
-            for j in range(right.shape[1]):
-                result[i, j] += left[i, k] * right[k, j]
+    for step in range(_TERMS + squarings):
+        left = small if step < _TERMS else result
+        product = np.empty_like(matrix)
+        for i in range(n):
+            for j in range(n):
+                value = small[0, 0] * 0.0
+                for k in range(n):
+                    value += left[i, k] * result[k, j]
+                if step < _TERMS:
+                    value = value / (_TERMS - step)
+                    if i == j:
+                        value += 1.0
+                product[i, j] = value
+        result = product
     return result
 
 
@@ -141,9 +149,11 @@ def _product(left: Any, right: Any) -> Any:
 def _piece(chain: Any, entry: Any, length: float) -> Any:
     """Transition over ``length``, and columns of the effects of input value and slope."""
     n = entry.size
-    augmented = np.zeros((n + 2, n + 2), dtype=chain.dtype)
-    augmented[:n, :n] = chain * length
-    augmented[:n, n] = entry * length
+    augmented = np.zeros((n + 2, n + 2), chain.dtype)
+    for i in range(n):
+        for j in range(n):
+            augmented[i, j] = chain[i, j] * length
+        augmented[i, n] = entry[i] * length
     augmented[n, n + 1] = length
     return _exponential(augmented)
 
@@ -152,14 +162,16 @@ def _piece(chain: Any, entry: Any, length: float) -> Any:
 def _differentiated(chain: Any, entry: Any, count: int) -> Any:
     """Rows that turn the state into the output's derivatives, and what of the input they add."""
     n = entry.size
-    rows, direct = np.zeros((count, n), dtype=chain.dtype), np.zeros(count, dtype=chain.dtype)
+    rows, direct = np.zeros((count, n), chain.dtype), np.zeros(count, chain.dtype)
     if n:
         rows[0, n - 1] = 1.0
     else:
         direct[0] = 1.0
     for k in range(1, count):
-        direct[k] = np.sum(rows[k - 1] * entry)
-        rows[k : k + 1] = _product(rows[k - 1 : k], chain)
+        for i in range(n):
+            direct[k] += rows[k - 1, i] * entry[i]
+            for j in range(n):
+                rows[k, j] += rows[k - 1, i] * chain[i, j]
     return rows, direct
 
 
@@ -186,15 +198,17 @@ def _derivatives(
     n, samples = entry.size, now.size
     before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
     rows, direct = _differentiated(chain, entry, count)
-    step, early = (
-        _product(after[:n, :n], before[:n, :n]),
-        _product(after[:n, :n], before[:n, n:]),
-    )
+    moved = np.zeros_like(before)
+    for i in range(n):
+        for k in range(n):
+            for j in range(n + 2):
+                moved[i, j] += after[i, k] * before[k, j]
     result = np.zeros((samples, count))
     largest = 0.0
     state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
     if kicked:
-        state[:] = entry
+        for i in range(n):
+            state[i] = entry[i]
     for k in range(samples):
         for c in range(count):
             value = direct[c] * given[k]
@@ -202,16 +216,19 @@ def _derivatives(
                 value += rows[c, i] * state[i]
             result[k, c] = value.real
         if kicked:
-            size = np.max(np.abs(state))
+            size = 0.0
+            for i in range(n):
+                size = max(size, abs(state[i]))
             largest = max(largest, size)
             if size < _GONE * largest:
                 break
         for i in range(n):
-            value = early[i, 0] * start[k] + after[i, n] * now[k]
+            value = moved[i, n] * start[k] + after[i, n] * now[k]
             if rising.size:
-                value += early[i, 1] * rising[k] + after[i, n + 1] * now_rising[k]
+                value += moved[i, n + 1] * rising[k] + after[i, n + 1] * now_rising[k]
             for j in range(i + 1):
-                value += step[i, j] * state[j]
+                value += moved[i, j] * state[j]
             following[i] = value
-        state[:] = following
+        for i in range(n):
+            state[i] = following[i]
     return result
