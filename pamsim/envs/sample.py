@@ -154,17 +154,25 @@ def take_sample(s, rigs, first, true, command, table, at, observation, terms, br
         for muscle in range(command.shape[1]):
             change = (command[rig, muscle] - s.commands[rig, 1, muscle]) / s.span
             moved += change * change
-        s.commands[rig, 0] = command[rig]
-        for old in range(s.commands.shape[1] - 1, 0, -1):
-            s.commands[rig, old] = s.commands[rig, old - 1]
+        for muscle in range(command.shape[1]):
+            s.commands[rig, 0, muscle] = command[rig, muscle]
+            for old in range(s.commands.shape[1] - 1, 0, -1):
+                s.commands[rig, old, muscle] = s.commands[rig, old - 1, muscle]
         terms[rig, 0], terms[rig, 1] = -error / joints, -s.effort * moved / command.shape[1]
         broken[rig] = not fine
         if not fine and not first:
             terms[rig, 0], terms[rig, 1] = BREAKDOWN, 0.0
-            velocity[:], shown[:] = 0.0, 0.0
-        seen[:joints], seen[joints : 2 * joints] = shown[:joints], velocity
-        seen[2 * joints : joints + signals] = shown[joints:]
-        seen[joints + signals :] = following[: TORQUE * joints]
+            for column in range(signals):
+                shown[column] = 0.0
+            for joint in range(joints):
+                velocity[joint] = 0.0
+        for column in range(signals):
+            place = column if column < joints else column + joints  # speeds follow the positions
+            seen[place] = shown[column]
+        for joint in range(joints):
+            seen[joints + joint] = velocity[joint]
+        for place in range(TORQUE * joints):
+            seen[joints + signals + place] = following[place]
         for place in range(seen.size):
             scaled = (seen[place] - s.centre[place]) / s.scale[place]
             observation[rig, place] = np.minimum(np.maximum(scaled, -LIMIT), LIMIT)
