@@ -25,6 +25,7 @@ from pamsim.papers.numerics import digits_of, several
 from pamsim.papers.replicate import Replication
 from pamsim.papers.sarosi import equations as sarosi_fits
 from pamsim.recordings.printed import Printed
+from tests.records import recorded
 from tests.unit.papers.second_route import (
     alraouf2025,
     matiskova2021,
@@ -280,6 +281,22 @@ def test_numbers_are_those_found_by_hand_or_by_other_scripts_and_reasons_carry_w
     assert entry("nguyen2024-28").recomputed == approx(element(), rel=1e-6)
     for id in ("nguyen2024-29", "nguyen2024-30"):
         assert entry(id).recomputed != approx(element(), rel=0.1)
+
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+
+
+def test_all_that_a_reader_sees_of_a_claim_is_as_recorded():
+    """By `pamsim replicate --json`: numbers in reasons too, on which no verdict hangs."""
+    record = recorded("results/replicate")
+    shown = [to_dict(one) for paper in VERDICTS for one in judged(paper).claims.values()]
+    shown += [to_dict(one) for paper in VERDICTS for one in judged(paper).notes.values()]
+    for one, kept in zip(shown, [*record["claims"], *record["notes"]], strict=True):
+        one, kept = json.dumps(one), json.dumps(kept)
+        assert NUMBER.split(one) == NUMBER.split(kept)
+        for new, old in zip(NUMBER.findall(one), NUMBER.findall(kept), strict=True):
+            last = 10.0 ** -len(old.partition(".")[2]) if "." in old else 0.0
+            assert float(new) == approx(float(old), rel=1e-4, abs=max(1.01 * last, 1e-9)), one
 
 
 def test_claims_that_need_what_was_fitted_are_calibrated_or_predictions(monkeypatch):
