@@ -155,8 +155,11 @@ def test_step_writes_recording_figure_and_json(tmp_path, run):
     target, folder = tmp_path / "r.json", tmp_path / "d"
     args = ["--pressure", "4.87bar,0", "--load", "1200g", "--duration", "3", "--sensors"]
     code, out, _ = run("step", *args, "--out", folder, "--json", target)
-    assert (code, "deg" in out) == (0, True)
     result = json.loads(target.read_text())
+    assert (code, f"settles in {result['settling_s']:.3f} s" in out) == (0, True)
+    brief = run("step", *args[:2], "--duration", "0.1")[1]
+    assert "settles" not in brief
+    assert "not settled when the recording ended" in brief
     assert result["load_kg"] == 1.2
     assert 30.0 < result["final_deg"] < 40.0
     index = tomllib.loads((folder / "recording.toml").read_text())

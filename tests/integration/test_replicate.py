@@ -74,6 +74,10 @@ def test_json_holds_claims_of_every_paper_and_the_counts(run):
     claims = result["claims"]
     assert {claim["paper"] for claim in claims} == set(room.PAPERS)
     assert all(set(claim) == KEYS for claim in claims)
+    lines = {line.partition(" ")[0]: line for line in out.splitlines()}
+    several = [claim for claim in claims if isinstance(claim["recomputed"], list)]
+    assert several
+    assert all(f" {one['recomputed'][0]:.5g} ... " in lines[one["id"]] for one in several)
     assert set(result["counts"]) == {verdict.value for verdict in Verdict}
     facts = {(claim["same_as"] or claim["id"], claim["verdict"]) for claim in claims}
     assert sum(result["counts"].values()) == len(facts) < len(claims)
