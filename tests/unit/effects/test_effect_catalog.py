@@ -26,7 +26,7 @@ def trials():
     """A second of inputs that move everything, one of them under load."""
     names = ("triangle", "bursts", "loaded_steps")
     return [
-        dataclasses.replace(PROTOCOLS[name].experiment(3), duration=1.2, settle=0.5)
+        dataclasses.replace(PROTOCOLS[name].experiment(3), duration=1.2, settle=0.1)
         for name in names
     ]
 
@@ -56,7 +56,7 @@ def test_neutral_changes_not_one_bit(rig, trials):
 def test_every_effect_shows_and_more_shows_more(rig, trials, plain):
     # Both muscles are let down to the atmosphere, below the set points of the trials.
     step = pamsim.pressure_step((1e5, 8e4), (0.0, 0.0), duration=3.0, sample_rate=100.0)
-    emptied = [dataclasses.replace(step, settle=0.5)]
+    emptied = [dataclasses.replace(step, settle=0.1)]
     without = runs(rig, emptied)
     for form in ALL:
         low = form.name == "least_set_point"

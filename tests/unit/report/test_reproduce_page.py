@@ -54,10 +54,11 @@ def rows(result):
 
 
 def test_every_file_is_written_and_is_the_same_whatever_else_the_result_holds(
-    result, recordings, tmp_path
+    result, recordings, tmp_path, monkeypatch
 ):
     out = tmp_path / "new" / "folder"
     assert write_reproduction(result, recordings, out) == out / "index.html"
+    monkeypatch.setattr("pamsim.report.page.save_vectors", lambda figure, path: None)
     assert {p.name for p in out.iterdir() if p.suffix not in (".svg", ".pdf")} == FILES
     assert all(path.stat().st_size > 500 for path in out.iterdir())
     for name, image in images(out).items():
