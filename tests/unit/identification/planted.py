@@ -11,8 +11,9 @@ from pamsim.identification.fit import fit
 from pamsim.identification.records import SignalRecord
 
 
-def sampled(numerator, denominator, given, interval, delay=0.0, fine=20):
+def sampled(numerator, denominator, given, interval, delay=0.0, fine=None):
     """Run a continuous system under a held input; a delay is whole steps of ``interval/fine``."""
+    fine = fine or (20 if delay else 1)
     step = interval / fine
     held = np.concatenate([np.zeros(round(delay / step)), np.repeat(given, fine)])
     # In state space: a transfer function in z loses digits where sampling is fast.
@@ -62,8 +63,7 @@ def record(
     u = steps(rng, n, hold)
     above = [gain] if numerator is None else numerator
     below = lags(*constants) if denominator is None else denominator
-    fine = 20 if delay else 1
-    y = sampled(above, below, u, interval, delay, fine)
+    y = sampled(above, below, u, interval, delay)
     y = offset + y + noise * coloured(rng, n, phi)
     return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")
 

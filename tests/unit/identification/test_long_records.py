@@ -61,7 +61,7 @@ def test_what_a_part_has_shown_is_not_lost_in_a_local_minimum_of_the_next(monkey
     assert fit.time_constants == pytest.approx(lagging["constants"], rel=0.05)
 
 
-@pytest.mark.parametrize("slow", [0.5, 2.0, 6.0])
+@pytest.mark.parametrize("slow", [0.5, 6.0])
 def test_a_scan_chooses_by_all_samples(short_parts, slow):
     found = [record(4, n=4000, constants=(0.1, slow), noise=0.01, hold=100)]
     fits = scan_structures(found, start="free")
@@ -73,8 +73,8 @@ def test_a_scan_chooses_by_all_samples(short_parts, slow):
 
 
 def test_a_drift_that_a_part_does_not_show_is_found_in_the_whole(short_parts):
-    still = record(5, n=4000, noise=0.05)
-    drift = np.where(still.time > 20.0, 0.02 * (still.time - 20.0), 0.0)
+    still = record(5, n=2500, noise=0.05)
+    drift = np.where(still.time > 25.0, 0.02 * (still.time - 25.0), 0.0)
     moved = SignalRecord("drift", still.time, still.inputs, still.output + drift)
     fits = scan_structures([moved], start="free")
     assert min(fits, key=lambda fit: fit.criterion).structure.drift

@@ -18,7 +18,7 @@ NEAR = (free("gain", 1.9, scale="log"), free("rate", 1.6))
 
 def test_single_trials_cover_under_coloured_noise():
     rng = np.random.default_rng(12)
-    runs, hits, ratio = 200, np.zeros(2), []
+    runs, hits, ratio = 100, np.zeros(2), []
     for _ in range(runs):
         rig = decay_rig([0.05 * coloured(rng, TIME.size, 0.9) for _ in "ab"], "ab")
         fit = fit_simulator(rig, NEAR, central=False)
@@ -27,7 +27,7 @@ def test_single_trials_cover_under_coloured_noise():
         hits += [low <= v <= high for (low, high), v in zip(sides, TRUTH, strict=True)]
         ratio.append([np.sqrt(p.rise95 / 3.84) for p in fit.parameters])
     share, ratio = hits / runs, np.median(ratio, axis=0)
-    # Binomial(200, 0.95): 99 % of all seeds lie between 0.905 and 0.985.
+    # Binomial(100, 0.95): 96 % of all seeds lie between 0.90 and 0.98.
     assert np.all((share >= 0.90) & (share <= 0.98)), share
     wanted = np.sqrt(1.9 / 0.1)  # width relative to that of white noise, of a slow parameter
     assert np.all((ratio > 0.7 * wanted) & (ratio < 1.3 * wanted)), ratio
@@ -97,12 +97,12 @@ def ringing(rng, count):
 def test_noise_that_is_no_short_recursion_is_covered_too(noise, trials):
     places, rows = tangents(trials, size=800)
     rng = np.random.default_rng(4)
-    runs, hits = 100, np.zeros(3)
+    runs, hits = 50, np.zeros(3)
     for _ in range(runs):
         e = np.concatenate([noise(rng, 800) for _ in trials])
         estimate, found = estimated(places, rows, e)
         hits += np.abs(estimate) <= found.quantile * np.sqrt(np.diag(found.matrix))
-    # Binomial(100, 0.95): 99.5 % of all seeds give 89 or more.
+    # Binomial(50, 0.95): 96 % of all seeds give 0.9 or more.
     assert np.all(hits / runs >= 0.89), hits / runs
 
 
