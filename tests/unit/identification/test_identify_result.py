@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pamsim.identification.identify import identify
+from pamsim.identification.local_models import LocalModelMap, dependence
 from pamsim.identification.model import estimates_of
 from pamsim.identification.summary import summary_lines
 from pamsim.recordings.trial import Trial, TrialSet
@@ -108,6 +109,22 @@ def test_an_end_that_is_not_bounded_is_null_in_json_and_words_in_text(result):
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))["models"][0]
     assert written["parameters"]["T"]["interval95"] == [0.0, None]
     assert "s  [0, not bounded]" in found.summary()
+
+
+def test_trends_over_a_map_are_written_in_the_units_of_its_points(result):
+    """A trend of a logarithm times its span has no unit."""
+    over = {"pressure": 1e5 * np.arange(5.0), "load": np.array([0.0, 2.0, 1.0, 0.0, 0.5])}
+    noise = 0.01 * np.random.default_rng(0).normal(size=5)
+    values = np.log(LAG) + 1e-6 * over["pressure"] - 0.2 * over["load"] + noise
+    item = dependence("T", values, np.full(5, 0.01), over, logarithmic=True)
+    found = replace(result, local=LocalModelMap((), (item,)))
+    written = found.to_dict()["local"]["dependences"][0]["trends"]
+    for name, unit, span in (("pressure", "kPa", 400.0), ("load", "kg", 2.0)):
+        trend, shown = item.trends[name], written[name]
+        assert (shown["per"], shown["span"]) == (unit, pytest.approx(span))
+        assert shown["slope"] * span == pytest.approx(trend.slope * trend.span)
+        ends = [end * trend.span / span for end in trend.interval95]
+        assert shown["interval95"] == pytest.approx(ends)
 
 
 def test_a_dead_time_that_one_of_several_inputs_does_not_have_is_none_in_the_text(result):
