@@ -152,7 +152,7 @@ _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
 }
 
 _STYLE = {"alpha", "fontsize", "linewidth", "linewidths", "markersize", "zorder"}
-"""Arguments that state how a figure looks, and nothing that it says."""
+"""Arguments that state how a figure looks, and no number in it."""
 
 
 @dataclass(frozen=True)
