@@ -10,7 +10,8 @@ How many there are is not tuned. Of the splines on offer the one with the least 
 taken, Mallows' C_p (Technometrics 15, 1973): squared residual over the noise's variance plus twice
 the number of coefficients. That knots are placed where the signal asks for them is not counted: too
 little smoothing is noise, which repeats show, too much is an error that they share. The noise is
-what the signal itself shows from sample to sample, so that slower drift is imposed as motion.
+what the signal itself shows from sample to sample, so that slower drift is imposed as motion. A hum
+that would be taken for more noise is taken off first.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
 from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
+from pamsim.inference.hum import without_hum
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
 from pamsim.recordings.signals import IMPOSED
@@ -54,17 +56,18 @@ def rounding_noise(values: FloatArray) -> float:
     return step / _UNIFORM if np.isfinite(step) else 0.0
 
 
-def smoothed(time: FloatArray, values: FloatArray, noise: float | None = None) -> FloatArray:
-    """A measured signal (n,) without the noise that its samples show.
+def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
+    """A measured signal (n,) without the hum and the noise that its samples show.
 
     Values are returned as they are if they show no noise, or are too few for a spline.
 
     Args:
         time: (n,) increasing [s].
         values: (n,) in any unit.
-        noise: standard deviation [that unit]; what `sample_noise` finds if left out.
     """
-    noise = sample_noise(values) if noise is None else noise
+    noise = rounding_noise(values)  # before a hum is taken off, which leaves no steps
+    values = without_hum(values)
+    noise = max(rough_noise(values), noise)
     # Noise below rounding would ask for a knot at every sample.
     if values.size <= 2 * (_DEGREE + 1) or not noise > 1e-12 * float(np.ptp(values)):
         return values
@@ -163,7 +166,7 @@ def _smoothed_inputs(rig: Rig, trial: Trial) -> LinkInputs:
             turned = channel in trial.turned
             low = encoder_offset(read, rig.sensor.encoder_increments, turned=turned)
         noise[joint] = sample_noise(read)
-        positions[joint] = smoothed(trial.time, read, noise[joint]) - low
+        positions[joint] = smoothed(trial.time, read) - low
     return LinkInputs(pressures=pressures, positions=positions, noise=noise)
 
 

@@ -334,6 +334,18 @@ def test_smoothing_leaves_less_than_the_noise_and_nothing_that_repeats_share():
     assert smoothed(SHORT, 1e-3 * noisy) == pytest.approx(1e-3 * smoothed(SHORT, noisy), rel=1e-6)
 
 
+def test_a_hum_is_smoothed_away_and_takes_nothing_of_the_signal_along():
+    rng = np.random.default_rng(12)
+    for per_sample in (0.499, 0.4, 0.31):  # of the mains, as the sampling rate aliases them
+        errors = []
+        for begin in rng.uniform(0.0, 6.3, 12):
+            hum = 800.0 * np.sin(2.0 * np.pi * per_sample * np.arange(SHORT.size) + begin)
+            read = STEPS + hum + rng.normal(0.0, 400.0, SHORT.size)
+            errors.append(smoothed(SHORT, read) - STEPS)
+        assert np.sqrt(np.mean(np.square(errors))) < 0.6 * 400.0
+        assert np.std(np.mean(errors, axis=0)) < 0.3 * 400.0
+
+
 def test_smoothing_takes_steps_of_a_converter_for_noise_and_leaves_exact_and_few_samples():
     assert np.array_equal(smoothed(SHORT, np.full(SHORT.size, 2.0)), np.full(SHORT.size, 2.0))
     assert np.array_equal(smoothed(SHORT[:6], STEPS[:6]), STEPS[:6])
