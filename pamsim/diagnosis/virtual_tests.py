@@ -28,7 +28,7 @@ from pamsim.diagnosis.virtual_test_conditions import (
 )
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.chain import chain_length, chain_ratio, steady_extension
-from pamsim.physics.friction import dry_friction, tendon_friction
+from pamsim.physics.friction import bond_rate, dry_friction, tendon_friction
 from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, valve_opening
@@ -141,23 +141,27 @@ def _joint_path(rig: Bench) -> FloatArray:
 
 
 def _friction(rig: Bench, speed: float) -> FloatArray:
-    """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m]."""
+    """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m].
+
+    It begins after a long rest.
+    """
     moved = np.diff(_joint_path(rig))
     sliding = min(speed / rig.dry_speed, 1.0) if rig.dry_speed > 0.0 else 1.0
     taken = sliding * rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
     for m, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
         pull = abs(limited(m, static_force(m, length, PRESSURE)))
-        rubbed = 0.0
+        rubbed, bonds = 0.0, 1.0
         for k, sense in enumerate(np.sign(moved).tolist()):
             velocity = arm * speed * sense
-            taken[k] += arm * tendon_friction(m.friction, rubbed, pull, velocity, timestep)
-            rubbed = dry_friction(m.friction, rubbed, pull, velocity, timestep)
+            taken[k] += arm * tendon_friction(m.friction, rubbed, pull, velocity, timestep, bonds)
+            rubbed = dry_friction(m.friction, rubbed, pull, velocity, timestep, bonds)
+            bonds += timestep * bond_rate(m.friction, bonds, velocity, timestep)
     return taken
 
 
 def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
-    """Breakaway torque, torque in sliding and energy of a slow cycle, at position 0.
+    """Breakaway torque after a long rest, that in sliding, energy of a slow cycle, at position 0.
 
     Breakaway and energy are those at the slow speed: friction that does not stick, and needs more
     speed than that for its peak, has little of either.

@@ -70,6 +70,19 @@ def test_forms_of_friction_that_are_made_equal_have_one_size(rig):
     assert lugre == sized(rig, "coulomb_friction", DAHL)
 
 
+def test_friction_that_grows_at_rest_breaks_loose_with_what_has_grown(rig):
+    stiff = {**DAHL, "friction.presliding": 1e-6}
+    grown = {**stiff, "friction.dwell_force": 20.0, "friction.dwell_travel": 1e-4}
+    found, without = (sized(rig, "coulomb_friction", values) for values in (grown, stiff))
+    more = {name: found[name] - without[name] for name in ("breakaway_torque", "sliding_torque")}
+    assert more["breakaway_torque"] == pytest.approx(2.0 * 20.0 * arm(rig), rel=0.2)
+    speed = arm(rig) * CONDITIONS["at_speed"][0]
+    left = 1.0 / (
+        1.0 + speed * bench(rig).muscles[0].friction.dwell_time / grown["friction.dwell_travel"]
+    )
+    assert more["sliding_torque"] == pytest.approx(left * 2.0 * 20.0 * arm(rig), rel=1e-3)
+
+
 def test_heat_without_exchange_is_the_plain_form_and_creep_relaxes_exponentially(rig):
     index = {"chamber.polytropic_index": 1.3}
     plain = sized(rig, "thermal_relaxation", index)
