@@ -117,7 +117,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
                 f"{one.columns.path}: commands {_muscles(one.trial)}, {of_first} {first}; a"
                 " recording is of one rig"
             )
-    notes += _copies(trials)
+    notes += [*_uneven(read), *_copies(trials)]
     unmeasured: list[str] = []
     for channel in dict.fromkeys(channel for one in read for channel in one.channels):
         missing = [trial.name for trial in trials if channel not in trial.measured]
@@ -139,12 +139,23 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
 
 
 class _Read(NamedTuple):
-    """A trial of a file, its known columns, channels, and columns that are not used."""
+    """A trial of a file, its known columns, channels, columns not used, and note on its clock."""
 
     trial: Trial
     columns: Columns
     channels: Collection[str]
     unused: tuple[str, ...]
+    jitter: str
+
+
+def _uneven(read: Sequence[_Read]) -> list[str]:
+    """What is said of clocks that are not uniform, once for all files."""
+    uneven = [one for one in read if one.jitter]
+    if not uneven:
+        return []
+    names = [one.trial.name for one in uneven]
+    others = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return [f"{names[0]}{others}: {uneven[0].jitter}; `rate` in [[trial]] makes an even one"]
 
 
 def _copies(trials: Sequence[Trial]) -> list[str]:
@@ -281,9 +292,11 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
             channels.pop(column, None)
     name = table.get("name") or Path(table["file"]).with_suffix("").as_posix()
     jitter = recording_checks.clock(columns)
+    if table["rate"] is not None:  # which puts it on an even clock
+        jitter = ""
     recording_checks.units(columns, driven)
     used = {"time_s", *command, *channels}
-    notes += [f"{name}: {note}" for note in (jitter, *columns.notes) if note]
+    notes += [f"{name}: {note}" for note in columns.notes if note]
     unused = (*columns.ignored, *(column for column in columns.cells if column not in used))
     time = columns.values["time_s"]
     trial = Trial(
@@ -297,7 +310,7 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
         muscle_names=muscles,
         turned=frozenset(channels[c] for c in channels if c in columns.turned),
     )
-    return _Read(trial, columns, channels.values(), unused)
+    return _Read(trial, columns, channels.values(), unused, jitter)
 
 
 def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:

@@ -105,7 +105,7 @@ def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(rea
     assert trial.noise == {"angle": StatedNoise(rms=np.deg2rad(0.1), cutoff=3.0)}
 
 
-def test_what_is_missing_odd_or_unused_is_said(read):
+def test_what_is_missing_odd_or_unused_is_said(read, tmp_path):
     uneven = P["time_s"] + np.where(K % 2, 0.0003, 0.0)
     table = changed(p2_kpa=None, room_c=P["time_s"], u1=P["time_s"], time_s=uneven)
     notes = "\n".join(read(table).notes)
@@ -113,10 +113,16 @@ def test_what_is_missing_odd_or_unused_is_said(read):
         "pressure_2 was not measured in any trial",
         "force_1 was not measured",
         "every file: not used: 'room_c', 'u1'",
-        "not uniform: 0.0017 to 0.0023 s",
+        "not uniform: 0.0017 to 0.0023 s; `rate` in [[trial]] makes an even one",
     ):
         assert note in notes
     assert "pressure_1" not in notes
+    (tmp_path / "staircase_2.csv").write_text(text_of(table), encoding="utf-8")
+    two = INDEX + INDEX[INDEX.index("[[trial]]") :].replace("_1", "_2")
+    (note,) = [n for n in read(table, two).notes if "not uniform" in n]
+    assert note.startswith("staircase_1 and 1 more: ")
+    even = INDEX.replace("[[trial]]", '[[trial]]\nrate = "400 Hz"')
+    assert "not uniform" not in "\n".join(read(table, even).notes)
 
 
 def test_a_copy_of_a_trial_is_said_to_be_no_repeat(tmp_path):
