@@ -116,3 +116,9 @@ def test_a_table_has_a_row_for_each_sample_or_parameter_in_si(results, folder):
 def test_a_saved_recording_is_read_back(results, folder):
     (trial,) = pamsim.read_recordings(folder / "recording").trials
     assert trial.name == "a_step"
+
+
+def test_an_effect_states_what_measures_it_and_not_its_shape(results):
+    (loop,) = results["diagnosis of a loop"].effects
+    assert loop.measured_by == ("bouc_wen.opening",)
+    assert loop.sizes.keys() > set(loop.measured_by)

@@ -107,6 +107,8 @@ class EffectEntry:
         instead: number of the rig that may be off instead, of an effect that is not certain.
         upstream: effect before the sensors that may be the cause of this and of another sensor's
             error; empty for none.
+        measured_by: parameters that measure it, without the shape of its formula; the first of
+            ``sizes`` if none is given.
     """
 
     effect: str
@@ -127,6 +129,7 @@ class EffectEntry:
     rivals: tuple[RivalEntry, ...]
     instead: InsteadEntry | None = None
     upstream: str = ""
+    measured_by: tuple[str, ...] = ()
 
     @json_property
     def certain_words(self) -> str:
@@ -146,14 +149,16 @@ class EffectEntry:
     @json_property
     def sentence(self) -> str:
         """What is certain of it, its size, and the nearest formula."""
-        parameters = [sized(name, size) for name, size in self.sizes.items()]
+        parameters = {name: sized(name, size) for name, size in self.sizes.items()}
         certain = f"Certain: {self.certain_words}"
         if self.level == "form":
-            return f"{certain} ({self.effect}), {', '.join(parameters)}."
+            return f"{certain} ({self.effect}), {', '.join(parameters.values())}."
         # Where no repeats show it, a formula may be exact that is not known to be.
         close = self.exact or self.left <= 0.0
         exact = "" if close else f", not exact: {100.0 * self.left:.2g} % left"
-        nearest = f"Nearest formula: {self.effect}, {parameters[0]}{exact}."
+        # Of dry friction that grows at rest, all may be in what grows.
+        own = [parameters[name] for name in self.measured_by or [*parameters][:1]]
+        nearest = f"Nearest formula: {self.effect}, {', '.join(own)}{exact}."
         if self.level:
             physical = "" if self.level == "place" else _physical(self.physical)
             return f"{certain}{physical}. {nearest}"

@@ -144,6 +144,11 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
         ),
         instead=None if rig is None or one.instead is None else _instead(rig, one.instead),
         upstream=one.upstream,
+        measured_by=tuple(
+            bound.name
+            for bound, parameter in zip(one.effect.parameters, effect.parameters, strict=True)
+            if not parameter.shape
+        ),
     )
 
 

@@ -58,6 +58,19 @@ def test_a_sentence_goes_as_deep_as_the_name_holds(level, exact, expected):
     assert ("not exact: 6 % left" in sentence) is not exact
 
 
+def test_the_nearest_formula_has_all_that_measures_it_and_no_shape():
+    """All of a friction that grows at rest may be in what grows."""
+    sizes = {
+        "friction.coulomb_force": size(0.34, (0.0, 0.8), "N"),
+        "friction.dwell_force": size(23.3, (20.8, 28.4), "N"),
+        "friction.dwell_time": size(0.68, (0.37, 1.1), "s"),
+    }
+    measured_by = ("friction.coulomb_force", "friction.dwell_force")
+    grown = replace(effect("family"), sizes=sizes, measured_by=measured_by)
+    both = "air_leak, coulomb force 0.34 [0, 0.8] N, dwell force 23.3 [20.8, 28.4] N."
+    assert grown.sentence.endswith(f"Nearest formula: {both}")
+
+
 def test_a_number_of_the_rig_that_may_be_off_instead_is_stated_with_what_to_do():
     number = InsteadEntry(
         parameter="chamber.dead_volume", unit="cm^3", stated=10.0, value=18.574, share=0.9991
