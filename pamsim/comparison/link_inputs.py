@@ -11,7 +11,8 @@ taken, Mallows' C_p (Technometrics 15, 1973): squared residual over the noise's 
 the number of coefficients. That knots are placed where the signal asks for them is not counted: too
 little smoothing is noise, which repeats show, too much is an error that they share. The noise is
 what the signal itself shows from sample to sample, so that slower drift is imposed as motion. A hum
-that would be taken for more noise is taken off first.
+that would be taken for more noise is taken off first, and wrong readings, into which a spline would
+bend.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
 from pamsim.inference.hum import without_hum
+from pamsim.inference.spikes import without_spikes
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
 from pamsim.recordings.signals import IMPOSED
@@ -57,7 +59,7 @@ def rounding_noise(values: FloatArray) -> float:
 
 
 def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
-    """A measured signal (n,) without the hum and the noise that its samples show.
+    """A measured signal (n,) without the hum, wrong readings and noise that its samples show.
 
     Values are returned as they are if they show no noise, or are too few for a spline.
 
@@ -68,6 +70,7 @@ def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
     noise = rounding_noise(values)  # before a hum is taken off, which leaves no steps
     values = without_hum(values)
     noise = max(rough_noise(values), noise)
+    values = without_spikes(values, noise)
     # Noise below rounding would ask for a knot at every sample.
     if values.size <= 2 * (_DEGREE + 1) or not noise > 1e-12 * float(np.ptp(values)):
         return values

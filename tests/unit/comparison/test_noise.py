@@ -346,6 +346,17 @@ def test_a_hum_is_smoothed_away_and_takes_nothing_of_the_signal_along():
         assert np.std(np.mean(errors, axis=0)) < 0.3 * 400.0
 
 
+def test_single_wrong_readings_are_no_motion():
+    rng = np.random.default_rng(13)
+    for signal, noise in ((MOTION, 1e-3), (STEPS, 400.0)):
+        errors = []
+        for _ in range(12):
+            wrong = (rng.random(SHORT.size) < 0.005) * rng.choice([-30.0, 30.0], SHORT.size)
+            read = signal + noise * (wrong + rng.standard_normal(SHORT.size))
+            errors.append(smoothed(SHORT, read) - signal)
+        assert np.sqrt(np.mean(np.square(errors))) < noise
+
+
 def test_smoothing_takes_steps_of_a_converter_for_noise_and_leaves_exact_and_few_samples():
     assert np.array_equal(smoothed(SHORT, np.full(SHORT.size, 2.0)), np.full(SHORT.size, 2.0))
     assert np.array_equal(smoothed(SHORT[:6], STEPS[:6]), STEPS[:6])
