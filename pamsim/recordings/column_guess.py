@@ -134,6 +134,8 @@ def guess_columns(
         unused[name] = "ignored"
     for name in (name for name in columns.cells if name not in taken and name not in unused):
         one = _by_name(columns, name, names)
+        if not _all_numbers(columns, name, isinstance(one, Guess)):
+            one = "not all of its cells are numbers"
         if isinstance(one, str):
             unused[name] = one
         elif one.quantity in found:
@@ -188,13 +190,33 @@ def unit_of(text: str) -> tuple[str, bool]:
     return _UNITS.get(lower, (text.strip(), ""))[0], lower in _ABSOLUTE
 
 
+def _all_numbers(columns: Columns, name: str, signal: bool) -> bool:
+    """Whether all cells of a column are numbers.
+
+    Raises:
+        InputError: for one that is none in a signal, where most are: it is not left out silently.
+    """
+    try:
+        columns.numbers(name)
+    except InputError as error:
+        if signal and 2 * sum(map(_is_number, columns.cells[name])) > columns.cells[name].count:
+            raise InputError(f"{error}, or leave the column out with --ignore {name!r}") from None
+        return False
+    return True
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
 def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
     """What one column is by its name, or why it is not used."""
     words, unit, unknown = _parts(name, columns.units.get(name, ""))
-    try:
-        columns.numbers(name)
-    except InputError:
-        return "not all of its cells are numbers"
+    if columns.instants(name) is not None:
+        unit, unknown = "s", ""
     kinds = _kinds(words, unit)
     if not kinds:
         return f"unit {unknown!r} is not known" if unknown else "name not known"

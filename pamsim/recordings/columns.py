@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
@@ -34,6 +35,7 @@ _SPELLINGS = {
     "u{}": r"u([1-9]\d*)_.*",
 }
 _SAME = {"beta_deg": "angle_deg"}
+_INSTANT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 _CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
 _SI = {kind.suffix: 1.0 / kind.scale for kind in KINDS.values()}
 
@@ -82,16 +84,32 @@ class Columns:
         return {name: self.numbers(name) for name in self.cells}
 
     def numbers(self, name: str) -> FloatArray:
-        """The numbers of one column, shape (n,), in the unit of its name.
+        """The numbers of one column, shape (n,), in the unit of its name; of dates, `instants`.
 
         Raises:
             InputError: for a cell that is empty, text, NaN or infinite.
         """
         cells = self.cells[name]
+        if cells.numbers is None and (instants := self.instants(name)) is not None:
+            return instants
         if cells.numbers is None or not np.isfinite(cells.numbers).all():
             for line, cell in zip(self.lines, cells, strict=True):
                 _check_finite(cell, f"{self.path}: line {line}: {name}")
         return np.array(list(cells), dtype=float) if cells.numbers is None else cells.numbers
+
+    def instants(self, name: str) -> FloatArray | None:
+        """Times (n,) after the first row [s] of a column of dates with times of day, else None.
+
+        As ISO 8601 writes them, ``2026-11-02 10:15:00.12``.
+        """
+        cells = self.cells[name]
+        if not (cells.count and _INSTANT.match(cells[0])):
+            return None
+        try:
+            read = [datetime.fromisoformat(cell) for cell in cells]
+            return np.array([(one - read[0]).total_seconds() for one in read])
+        except (ValueError, TypeError):  # a cell that is none, or has no time zone as others have
+            return None
 
     def si(self, name: str) -> FloatArray:
         """The numbers of one column, shape (n,) [SI]; ``_kpa``, ``_deg``, ``_mm`` are converted."""

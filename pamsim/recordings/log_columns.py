@@ -136,6 +136,8 @@ def _quantity(
     columns.require(column, f" for {quantity}")
     zero = stated["offset"] * per_unit - (ATMOSPHERE * shown if stated["absolute"] else 0.0)
     values = columns.numbers(column) * (stated["sign"] * per_unit)
+    if columns.instants(column) is not None and (quantity != "time" or per_unit != 1.0):
+        raise InputError(f"{where}: {column!r} holds dates: it is the time in s")
     end = stated.get("wraps", 0.0) * per_unit
     if end > 0.0:
         late = f"but should begin again after {end:g} s"

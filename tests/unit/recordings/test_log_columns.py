@@ -1,5 +1,7 @@
 """A lab's own log: what its columns are stated to mean, or are taken for by their names."""
 
+from datetime import datetime, timedelta
+
 import numpy as np
 import pytest
 
@@ -186,6 +188,34 @@ def test_a_name_with_quantity_unit_and_place_is_certain_and_others_say_why_not(g
         assert why in unused[column]
     known = {"barg": ("bar", False), "PSIA": ("psi", True), "0.1*bar": ("0.1*bar", False)}
     assert {text: unit_of(text) for text in known} == known
+
+
+def test_a_signal_with_a_cell_that_is_no_number_is_not_left_out_silently(guess):
+    times = tuple(0.01 * k for k in range(5))
+    for cell in ("NaN", "", "x"):
+        read = {"t_s": times, "phi_deg": (0, 1, cell, 2, 3), "remark": (1, 1, cell, 1, 1)}
+        with refused("line 4: phi_deg", "--ignore 'phi_deg'"):
+            guess(JOINT, read)
+        _, unused = guess(JOINT, read | {"phi_deg": (0, cell, cell, cell, 3)})
+        assert unused.keys() == {"phi_deg", "remark"}
+
+
+def test_dates_with_times_of_day_are_a_clock_in_seconds(guess, tmp_path):
+    begin = datetime(2026, 11, 2, 23, 59, 59, 900_000)
+    times = [begin + timedelta(seconds=0.02 * k) for k in range(9)]
+    for separator in ("T", " "):
+        written = [time.isoformat(separator) for time in times]
+        found, _ = guess(BENCH, {"timestamp": written, "x_mm": range(9)})
+        assert (found["timestamp"].quantity, found["timestamp"].unit) == ("time", "s")
+        columns = read_columns(tmp_path / "log.csv")
+        clock = {"time": {"column": "timestamp", "unit": "s"}}
+        read = in_own_format(columns, clock, "[columns]").values["time_s"]
+        np.testing.assert_allclose(read, 0.02 * np.arange(9), atol=1e-9)
+        with refused("'timestamp' holds dates"):
+            in_own_format(columns, {"time": clock["time"] | {"unit": "ms"}}, "[columns]")
+    other = [*written[:4], "0.08", *written[5:]]
+    with refused("line 2: timestamp"):
+        guess(BENCH, {"timestamp": other, "x_mm": range(9)}, [Guess("time", "timestamp", "")])
 
 
 def test_the_pressure_of_the_supply_is_not_that_of_the_only_muscle(guess):
