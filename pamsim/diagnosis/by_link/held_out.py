@@ -44,12 +44,16 @@ class Difference:
 
 
 class HeldOut:
-    """Losses on the units that a fitter has not seen; the seed is that of the sign flips."""
+    """Losses on the units that a fitter has not seen; the seed is that of the sign flips.
+
+    A model that cannot be simulated there, as an unseen input may break down what the others do
+    not, predicts what the rig as it is does.
+    """
 
     def __init__(self, fitter: LinkFitter, *, seed: int = 0) -> None:
         self._simulator, self._units = fitter.simulator, fitter.units
         self._seed, self.links = seed, fitter.simulator.links
-        self._known: dict[tuple[tuple[str, float], ...], FloatArray | None] = {}
+        self._known: dict[tuple[tuple[str, float], ...], FloatArray] = {}
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Mean square of the whitened rows of every link in its units, (u,); 1 is noise."""
@@ -87,7 +91,7 @@ class HeldOut:
         """
         residual = self._residual(model)
         found: dict[Link, list[dict[str, FloatArray]]] = {link: [] for link in self.links}
-        if residual is None or self._units.in_parts:
+        if self._units.in_parts:
             return found
         grouped = self._by_input(self._units.judged, self._units.judged.whiten(residual))
         if all(len(rows) == 1 for rows in grouped.values()):
@@ -103,8 +107,6 @@ class HeldOut:
         """Loss of every link in every unit, (u,); NaN in those that do not measure the link."""
         residual, judged = self._residual(model), self._units.judged
         count = len(judged.units)
-        if residual is None:  # a model that cannot be simulated predicts nothing
-            return {link: np.full(count, np.inf) for link in self.links}
         squares = judged.whiten(residual) ** 2
         found: dict[Link, FloatArray] = {}
         for number, link in enumerate(self.links):
@@ -130,16 +132,17 @@ class HeldOut:
             at += block.size
         return grouped
 
-    def _residual(self, model: LinkModel) -> FloatArray | None:
+    def _residual(self, model: LinkModel) -> FloatArray:
         key = tuple(sorted(model.values.items()))
         if key not in self._known:
-            (self._known[key],) = self._simulator.residuals(
+            (residual,) = self._simulator.residuals(
                 [model.values],
                 [frozenset(self.links)],
                 self._simulator.stated,
                 only=self._units.judged.groups,
                 steps=MIDDLE,
             )
+            self._known[key] = self._simulator.stated if residual is None else residual
         return self._known[key]
 
 

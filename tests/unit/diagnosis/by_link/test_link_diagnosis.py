@@ -54,6 +54,27 @@ def test_nothing_is_found_where_nothing_is_planted():
     assert not any(claims)
 
 
+class BreaksDown(ToyChain):
+    """A chain that cannot be simulated with a delay on the inputs that are held out."""
+
+    def residuals(self, sets, links, others, *, only=None, steps=1):
+        found = super().residuals(sets, links, others, only=only, steps=steps)
+        unseen = only is not None and bool({f"{n.split('_')[0]}_0" for n in self.held_out} & only)
+        return [
+            None if unseen and values.get("valve.delay", 0.0) > 0.0 else residual
+            for values, residual in zip(sets, found, strict=True)
+        ]
+
+
+def test_a_model_that_breaks_down_on_unseen_inputs_predicts_nothing_and_ends_nothing():
+    planted = {"valve.delay": 0.02, "joint.shaft.armature": 0.01}
+    chain = BreaksDown(EFFECTS, planted)
+    _, model, found = diagnosed(chain, EFFECTS)
+    assert "valve_delay" not in found
+    assert found["added_inertia"].certain()["name"]
+    assert "valve.delay" not in model.values
+
+
 def test_an_effect_whose_place_is_not_certain_explains_nothing():
     chain = ToyChain(EFFECTS, {"valve.delay": DELAY, "passive.stiffness": STIFFNESS})
     fitter = fitter_of(chain)
