@@ -146,7 +146,13 @@ def judge(
 def claimed(
     fitter: LinkFitter, searched: Searched, model: LinkModel, effects: Collection[Judged]
 ) -> LinkModel:
-    """A model without the effects of which not even the place is certain: those explain nothing."""
+    """A model without the effects of which not even the place is certain: those explain nothing.
+
+    Without any that is certain it is the search's base: parameters that were refitted beside an
+    effect would lead to another minimum.
+    """
+    if not any(one.level() for one in effects):
+        return searched.base
     for one in effects:
         if not one.level():
             model = without(fitter, model, one.effect, searched.known) or model

@@ -86,6 +86,8 @@ def test_an_effect_whose_place_is_not_certain_explains_nothing():
     assert not left[ARMLINK].counts
     left = unseen.remainders(judge.claimed(fitter, searched, model, found))
     assert not left[AIR].counts
+    none = [replace(one, p_value=1.0) for one in found]
+    assert judge.claimed(fitter, searched, model, none) is searched.base
 
 
 @pytest.mark.parametrize(
