@@ -26,6 +26,7 @@ from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
+from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
 from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
@@ -78,6 +79,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
         if gap.floor is not None
     }
     refitted = nuisance_entries(rig, found, nuisance)
+    nothing_left = all(one.excluded for one in found.unexplained.values())
     return LinkReport(
         rig=rig.name,
         links=link_entries(found),
@@ -92,6 +94,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
             *data.notes,
             *warnings,
             *found.notes,
+            *(slow_errors(chain.gap) if nothing_left else ()),
             *far_from_stated(refitted),
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),

@@ -26,6 +26,10 @@ _KNOWN_BY = {
     FloorRoute.STATED: "as the recording states it: what differs from trial to trial is unseen",
 }
 
+_MISSED = 2.0
+"""Noise floors by which the whole chain may miss a channel before it is stated: three quarters of
+the mean square are then no noise."""
+
 
 def verdict_sentence(result: LinkReport) -> str:
     """What is missing and how certain that is, effect by effect, and what is left."""
@@ -87,6 +91,25 @@ def _learned(result: LinkReport) -> list[str]:
         f"Without a name: {in_links(first.links)} {first.before - 1.0:.2g} of the noise"
         f" variance is left, {max(first.after - 1.0, 0.0):.2g} with {curves}."
     ]
+
+
+def slow_errors(gap: Mapping[str, ChannelGap]) -> tuple[str, ...]:
+    """What a whole chain misses of which no link shows anything left.
+
+    Tests weigh errors by the noise at their own speed. Where noise drifts, an error as slow is
+    seen by none of them.
+    """
+    missed: list[str] = []
+    for channel, one in gap.items():
+        last = one.before if one.after is None else one.after
+        if last is not None and one.floor and last > _MISSED * one.floor:
+            missed.append(f"{channel} by {last / one.floor:.2g}")
+    if not missed:
+        return ()
+    return (
+        f"no link shows anything left, but the whole chain misses {', '.join(missed)} noise floors"
+        " (RMS): an error as slow as the noise drifts is seen by no test",
+    )
 
 
 def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:

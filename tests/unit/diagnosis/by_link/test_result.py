@@ -15,6 +15,7 @@ from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.result import RowEntry
+from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.report.link_page import write_link_diagnosis
@@ -233,3 +234,13 @@ def test_suspects_are_named_only_where_something_is_left():
         for one in entries:
             assert one.effect == "coulomb_friction:rigid"
             assert one.sizes[parameter.name].interval95 == (0.05, 0.15)
+
+
+def test_slow_errors_of_the_whole_chain_are_stated_in_noise_floors():
+    def gap(floor, before, after=None):
+        return ChannelGap(unit="deg", floor=floor, before=before, after=after)
+
+    assert slow_errors({"angle": gap(0.05, 0.099), "force": gap(0.05, 1.0, 0.06)}) == ()
+    assert slow_errors({"angle": gap(None, 1.0), "force": gap(1.0, None)}) == ()
+    (note,) = slow_errors({"angle": gap(0.05, 1.0, 0.13), "force": gap(2.0, 5.0)})
+    assert "misses angle by 2.6, force by 2.5 noise floors" in note
