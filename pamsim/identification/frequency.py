@@ -93,7 +93,7 @@ class FrequencyIdentification(IdentificationResult):
         columns = [self.frequency]
         for response in (self.response, run):
             columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
-        return write_curves(folder, names, np.column_stack(columns).tolist())
+        return write_curves(folder, names, [((), np.column_stack(columns))])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe."""

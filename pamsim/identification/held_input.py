@@ -77,9 +77,7 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
         return np.empty((samples, 0))
     still, none = np.zeros(samples), np.empty(0)
     pieces = 0.0, sample_time
-    modes = _derivatives(constants, 0, count, pieces, True, still, still, none, none, still)
-    largest = np.max(np.abs(modes), axis=0)
-    return modes / np.where(largest > 0.0, largest, 1.0)
+    return _derivatives(constants, 0, count, pieces, True, still, still, none, none, still)
 
 
 def _late(values: FloatArray, samples: int) -> FloatArray:
@@ -188,7 +186,7 @@ def _derivatives(
     now_rising: FloatArray,
     given: FloatArray,
 ) -> FloatArray:
-    """Derivatives of the last state, from rest or after an impulse.
+    """Derivatives of the last state, from rest; or after an impulse, the largest value of each 1.
 
     The input's knots divide each step in two pieces. It is given at the start of each step and at
     its knot (now), as its slope before and after that (both empty of a held input), and at the
@@ -204,7 +202,8 @@ def _derivatives(
             for j in range(n + 2):
                 moved[i, j] += after[i, k] * before[k, j]
     result = np.zeros((samples, count))
-    largest = 0.0
+    largest, rows_left = 0.0, samples
+    peaks = np.zeros(count)
     state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
     if kicked:
         for i in range(n):
@@ -216,11 +215,14 @@ def _derivatives(
                 value += rows[c, i] * state[i]
             result[k, c] = value.real
         if kicked:
+            for c in range(count):
+                peaks[c] = max(peaks[c], abs(result[k, c]))
             size = 0.0
             for i in range(n):
                 size = max(size, abs(state[i]))
             largest = max(largest, size)
             if size < _GONE * largest:
+                rows_left = k + 1
                 break
         for i in range(n):
             value = moved[i, n] * start[k] + after[i, n] * now[k]
@@ -231,4 +233,9 @@ def _derivatives(
             following[i] = value
         for i in range(n):
             state[i] = following[i]
+    if kicked:  # of long records most rows stay 0
+        for k in range(rows_left):
+            for c in range(count):
+                if peaks[c] > 0.0:
+                    result[k, c] /= peaks[c]
     return result

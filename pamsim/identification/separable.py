@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
@@ -22,14 +21,14 @@ from pamsim.inference.bounded_least_squares import bounded_least_squares
 from pamsim.inference.trial_noise import WHITE, TrialNoise
 
 _PIECE = 1024  # rows of which a triangular factor is found at once
-_qr: Any = scipy.linalg.qr
-
 _FAR = 1e150  # whose square does not overflow
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
 _FOLLOWED = 4  # of the starts, to the end of a search: most others lead to the same minimum
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
-_FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
+_FREE_STEP = 1e-6
+"""Of a difference, over the size of a coordinate without bounds, 1 at least: a filter with poles
+near 1 has rounding errors of 1e-10, which a smaller step would make a part of the slope."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,8 +168,8 @@ class Separable:
         theta, edge = part.theta, self.upper - self.lower
         step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
         step = np.where(x + step > self.upper, -step, step)
-        jacobians = [np.empty((0, x.size))]
-        shared = [np.empty((0, theta.size))]
+        slopes: list[FloatArray] = []
+        factors: list[FloatArray] = []
         for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
             slope = np.empty((block.shape[0], x.size))
             for k, at in enumerate(x + np.diag(step)):
@@ -178,12 +177,18 @@ class Separable:
             here = block[:, :-1] @ np.append(eta, theta)
             if self.known is not None:
                 here = here + part.noise.whiten(self.known(x, i), i)
-            slope = (part.noise.whiten(slope, i) - here[:, np.newaxis]) / step
-            basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
-            jacobians.append(slope - basis @ (basis.T @ slope))
-            shared.append(rest - basis @ (basis.T @ rest))
-        basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(jacobians)
-        return basis @ (basis.T @ slope) - slope
+            slope = part.noise.whiten(slope, i)
+            slope -= here[:, np.newaxis]
+            slope /= step
+            slopes.append(slope)
+            factors.append(triangular_factor(np.hstack([block[:, :-1], slope])))
+        taken, each = _linear_solution(factors, part.own[0].size, theta.size)
+        return np.concatenate(
+            [
+                block[:, :-1] @ np.concatenate([own, taken]) - slope
+                for block, own, slope in zip(part.blocks, each, slopes, strict=True)
+            ]
+        )
 
     def linear_part(self, x: FloatArray, noise: TrialNoise = WHITE) -> LinearPart:
         """Return the best linear coefficients at x; NaN where the columns overflow."""
@@ -195,18 +200,37 @@ class Separable:
                 own = columns.shape[1]
                 table = [columns, self.shared(x, i), self.unknown(x, i)]
                 blocks.append(noise.whiten(np.column_stack(table), i))
-            if not all(np.max(np.abs(block)) <= _FAR for block in blocks):
-                lost = np.full(blocks[0].shape[1] - 1, np.nan)
-                return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
             # The triangular factors hold all that a solution needs, in a few rows.
             factors = [triangular_factor(block) for block in blocks]
-            rest = np.concatenate([r[own:, own:] for r in factors])
-            theta = scaled_solution(rest[:, :-1], rest[:, -1])[0]
-            etas = [
-                scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)[0]
-                for r in factors
-            ]
-            return LinearPart(theta, etas, blocks, noise)
+            count = blocks[0].shape[1] - 1
+            if not all(np.max(np.abs(factor)) <= _FAR for factor in factors):
+                lost = np.full(count, np.nan)
+                return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
+            theta, etas = _linear_solution(factors, own, count - own)
+            return LinearPart(theta[:, 0], [eta[:, 0] for eta in etas], blocks, noise)
+
+
+def _linear_solution(
+    factors: Sequence[FloatArray], own: int, shared: int
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Coefficients of columns that explain targets best.
+
+    Args:
+        factors: triangular ones of every trial's own columns, then the shared ones, then targets.
+        own: number of columns of each trial's own.
+        shared: of those that share their coefficients.
+
+    Returns:
+        The shared coefficients, shape ``(shared, t)``, and those of each trial's own.
+    """
+    first = own + shared
+    rest = np.concatenate([factor[own:, own:] for factor in factors])
+    theta = scaled_solution(rest[:, :shared], rest[:, shared:])[0]
+    etas = [
+        scaled_solution(r[:own, :own], r[:own, first:] - r[:own, own:first] @ theta)[0]
+        for r in factors
+    ]
+    return theta, etas
 
 
 def triangular_factor(columns: FloatArray) -> FloatArray:
@@ -232,22 +256,13 @@ def scaled_solution(design: FloatArray, target: FloatArray) -> tuple[FloatArray,
     """
     scale = column_scale(design)
     scaled, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=None)
-    return scaled / scale, int(rank)
+    return (scaled.T / scale).T, int(rank)
 
 
 def column_scale(columns: FloatArray) -> FloatArray:
     """Return the length of each column; 1 of a column of zeros."""
     norms = np.linalg.norm(columns, axis=0)
     return np.where(norms > 0.0, norms, 1.0)
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    # An offset alone, or nothing, is the usual case, evaluated thousands of times.
-    if columns.shape[1] == 0:
-        return columns
-    if columns.shape[1] == 1:
-        return columns / column_scale(columns)
-    return _qr(columns, mode="economic")[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ import numpy as np
 import scipy.signal
 
 from pamsim.core.units import FloatArray
+from pamsim.inference.autoregression import burg_reflections, filtered
 
 _lfilter: Any = scipy.signal.lfilter
 _lfiltic: Any = scipy.signal.lfiltic
@@ -110,7 +111,7 @@ class ArNoise:
         """
         if self.order == 0:
             return values
-        result = _lfilter(self._predictors[-1], [1.0], values, axis=0)
+        result = filtered(self._predictors[-1], values)
         # A prediction of order k misses more than e, by what the higher orders would take off.
         shares = np.cumprod(np.sqrt(1.0 - np.square(self.reflections[::-1])))[::-1]
         for k in range(min(self.order, len(values))):
@@ -135,28 +136,16 @@ def fit_ar_noise(
     Returns:
         The model; order 0 if white noise describes the residuals best.
 
-    Source: Burg's recursion (maximum entropy spectral analysis, 1967), numerator and denominator
-    of each reflection summed over trials; AICc of Hurvich and Tsai (Biometrika 1989); restricted
+    Source: Burg's recursion; AICc of Hurvich and Tsai (Biometrika 1989); restricted
     likelihood of Patterson and Thompson (Biometrika 1971).
     """
     total = sum(r.size for r in residuals)
     # The expectation of restricted maximum likelihood: what was taken up counts as trials do, but
     # is no further sample.
-    forward = [r.astype(np.float64) for r in (*residuals, *(c.T for c in absorbed))]
-    variance = sum(float(np.sum(r * r)) for r in forward) / total
-    backward = forward
-    reflections: list[float] = []
-    for _ in range(min(most, total // 10, min(r.size for r in residuals) // 4)):
-        ahead = [f[..., 1:] for f in forward]
-        behind = [b[..., :-1] for b in backward]
-        cross = sum(float(np.sum(f * b)) for f, b in zip(ahead, behind, strict=True))
-        power = sum(float(np.sum(f * f + b * b)) for f, b in zip(ahead, behind, strict=True))
-        if power <= 0.0:
-            break
-        reflections.append(within_limit(-2.0 * cross / power))
-        pairs = list(zip(ahead, behind, strict=True))
-        forward = [f + reflections[-1] * b for f, b in pairs]
-        backward = [b + reflections[-1] * f for f, b in pairs]
+    rows = [*residuals, *(column for columns in absorbed for column in columns.T)]
+    variance = sum(float(row @ row) for row in rows) / total
+    most = min(most, total // 10, min(r.size for r in residuals) // 4)
+    reflections = burg_reflections(rows, most, LARGEST_REFLECTION)
     return models_by_order(variance, reflections, total)[0]
 
 

@@ -48,9 +48,9 @@ def test_fits_of_a_long_record_are_those_of_the_whole(monkeypatch, constants):
     monkeypatch.setattr(long_records, "_ROWS", 300)
     by_parts = fit_continuous(found, order=2), fit_oe(found, nb=2, nf=2, nk=1)
     for one, other in zip(whole, by_parts, strict=True):
-        # Costs agree to 3e-11, at which the searches end: a weak coefficient is known to 6e-5.
-        np.testing.assert_allclose(other.coordinates, one.coordinates, rtol=1e-4)
-        assert other.estimates[0].interval95 == pytest.approx(one.estimates[0].interval95, rel=1e-4)
+        # A difference that rounding errors of the filter spoil leaves a coefficient open to 1e-4.
+        np.testing.assert_allclose(other.coordinates, one.coordinates, rtol=1e-5)
+        assert other.estimates[0].interval95 == pytest.approx(one.estimates[0].interval95, rel=1e-5)
 
 
 def test_what_a_part_has_shown_is_not_lost_in_a_local_minimum_of_the_next(monkeypatch):
