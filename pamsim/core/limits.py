@@ -5,6 +5,7 @@ Each limit keeps a refusal within a second and a gigabyte; docs/files.md lists t
 
 # Bytes of files.
 TOML_BYTES = 4 << 20  # read at a few megabytes a second; a shipped rig's has 6 kB
+CODE_BYTES = 1 << 20  # an effects.py: seconds to compile; weights belong in a file beside it
 MJCF_BYTES = 64 << 20  # meshes may stand in it as text
 JSON_BYTES = 256 << 20
 TABLE_BYTES = 256 << 20  # in text; larger logs: Parquet or .npz, a third the size

@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError, PamsimError, nearest
+from pamsim.core.files import read_bounded
+from pamsim.core.limits import CODE_BYTES
 from pamsim.core.parameters import Sourced
 from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
 from pamsim.effects.effect import Effect
@@ -243,7 +245,9 @@ def read_effects(folder: Path) -> OwnPhysics:
     if not path.is_file():
         return OwnPhysics()
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_bounded(path, CODE_BYTES).decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text: {error}") from None
     files = [(file.name, file.stat()) for file in folder.iterdir() if file.is_file()]

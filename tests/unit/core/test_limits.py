@@ -19,7 +19,7 @@ from pamsim.core.encoding import read_json
 from pamsim.core.errors import InputError
 from pamsim.core.toml_tables import read_toml
 from pamsim.engine.mjcf import require_size
-from pamsim.recordings.rig_file import shipped_rigs
+from pamsim.recordings.rig_file import read_effects, shipped_rigs
 from pamsim.recordings.table_reader import read_columns
 from tests.unit.core.refusals import refused
 
@@ -51,6 +51,16 @@ def test_a_file_that_is_too_large_is_refused(tmp_path, monkeypatch):
                 read(path)
     with refused("/dev/zero has more than 4 MiB"):  # a file without end
         read_toml(Path("/dev/zero"))
+
+
+def test_code_that_is_too_large_is_refused_and_may_begin_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "effects.py"
+    path.write_bytes("\ufeffLAWS = []\r\n".encode())
+    assert read_effects(tmp_path).laws == ()
+    with path.open("r+b") as file:
+        file.truncate(1 << 40)  # takes no room on the disk
+    with refused("effects.py has more than 1 MiB, the most read"):
+        read_effects(tmp_path)
 
 
 def test_a_table_of_too_many_cells_is_refused(tmp_path, monkeypatch):
