@@ -272,11 +272,14 @@ def _own_physics(path: Path, text: str, _beside: tuple[tuple[str, int, int], ...
         exec(compile(text, str(path), "exec"), module.__dict__)
     except PamsimError as error:
         raise InputError(f"{path}: {error}") from None
-    except Exception as error:  # whatever the rig's own code raises
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever the rig's own code raises, an exit among it
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
-        raise InputError(f"{path}, line {line}: {type(error).__name__}: {error}") from None
+        said = str(traceback.TracebackException(type(error), error, None))  # its own may fail
+        raise InputError(f"{path}, line {line}: {type(error).__name__}: {said}") from None
     kinds = {"LAWS": ForceLaw | Operator, "EFFECTS": Effect}
     held = {name: getattr(module, name, ()) for name in kinds}
     for name, kind in kinds.items():

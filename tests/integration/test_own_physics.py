@@ -366,6 +366,11 @@ def test_a_fault_in_the_file_is_one_line(edited):
     for text, words in (
         ("LAWS = [", "line 1: SyntaxError"),
         ("import pamsim\nx = 1 / 0", "line 2: ZeroDivisionError"),
+        ("import sys\nsys.exit(3)", "line 2: SystemExit: 3"),
+        (
+            "class E(Exception):\n    def __str__(self): raise self\nraise E",
+            "line 3: E: <exception",
+        ),
         ("EFFECTS = [3]", "EFFECTS holds 3"),
         ("LAWS = 3", "LAWS must be a list of ForceLaw and Operator"),
         (pleated, "'pleated' of its own"),
