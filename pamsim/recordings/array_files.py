@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import ARRAY_BYTES
+from pamsim.recordings.column_guess import kind_of_unit, unit_in_name
 
 _BYTES_OF_NUMBER = 8
 
@@ -134,6 +135,9 @@ def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
         values = column.to_numpy()
+        stated = kind_of_unit(unit_in_name(name, ""))
+        if values.dtype.kind in "mM" and stated not in ("", "time"):
+            raise InputError(f"{path}: {name} holds dates or durations, no {stated}; mend its type")
         if values.dtype.kind == "M":
             values = values - values[0]
         if values.dtype.kind == "m":

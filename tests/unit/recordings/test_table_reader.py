@@ -155,6 +155,15 @@ def test_what_is_on_or_off_is_1_or_0_and_a_duration_is_in_seconds(columns, tmp_p
     assert found.numbers("u").tolist() == [1.0, 0.0, 1.0]
 
 
+def test_dates_in_the_place_of_a_pressure_are_refused(tmp_path):
+    path = tmp_path / "log.parquet"
+    dates = np.array([100, 200, 300], "datetime64[s]")
+    for name, kind in (("p1_kpa", dates), ("shaft_deg", dates - dates[0])):
+        pyarrow.parquet.write_table(pyarrow.table({"time_s": [0.0, 1.0, 2.0], name: kind}), path)
+        with refused(f"{name} holds dates or durations, no"):
+            read_columns(path)
+
+
 def test_files_of_arrays_that_cannot_be_read_say_so_before_scipy_would_crash(columns, tmp_path):
     path = tmp_path / "sound.mat"
     scipy.io.savemat(path, {"t": np.arange(50.0)})
