@@ -31,8 +31,11 @@ _SMALLER = "cut it into several files, or leave out columns"
 _MARKS = ";\t,|"
 _AROUND = ' "'  # a number
 _NONE = ("", "-", "--", "1")  # in a line of units
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
+_GROUPED = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}([{mark}]\d{{3}})+") for mark in ",."}
 _UNGROUPED = re.compile(r"[-+]?\d{1,3}")
+_SURE = {",": _UNGROUPED, ".": re.compile(r"[-+]?[1-9]\d{2}")}
+"""Whole numbers that tell a separator of thousands from a decimal one: a column of 1.125 and 0 is
+one of decimal points, a column of 1.125 and 980 is not."""
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 
 
@@ -149,32 +152,45 @@ def _mark(line: str) -> str | None:
 def _refuse_grouped(
     path: Path, header: Sequence[str], lines: Sequence[int], texts: Sequence[str], mark: str | None
 ) -> None:
-    """Refuse commas that group the digits of whole numbers; they would be read as decimal commas.
+    """Refuse marks that group the digits of whole numbers; they would be read as decimal ones.
 
-    They do so in a column where all commas stand before three digits and whole numbers without one
+    They do so in a column where all of them stand before three digits and whole numbers without one
     have three digits at most.
     """
-    first: dict[int, int] = {}  # column -> row of its first comma
+    for group in ",.":
+        if len({text.count(group) for text in texts}) > 1 or group == ",":
+            _refuse_grouped_by(group, path, header, lines, texts, mark)
+
+
+def _refuse_grouped_by(
+    group: str,
+    path: Path,
+    header: Sequence[str],
+    lines: Sequence[int],
+    texts: Sequence[str],
+    mark: str | None,
+) -> None:
+    first: dict[int, int] = {}  # column -> row of its first mark
     without: set[int] = set()
     possible = set(range(len(header)))
     for row, text in enumerate(texts):
         cells = text.split(mark)
         for i in list(possible):
             cell = cells[i].strip(_AROUND)
-            if _GROUPED.fullmatch(cell):
+            if _GROUPED[group].fullmatch(cell):
                 first.setdefault(i, row)
-            elif _UNGROUPED.fullmatch(cell):
-                without.add(i)
-            else:
+            elif not _UNGROUPED.fullmatch(cell):
                 possible.remove(i)
+            elif _SURE[group].fullmatch(cell):
+                without.add(i)
         if not possible:
             return
     for i in sorted(possible & without & first.keys()):
         cell = texts[first[i]].split(mark)[i].strip(_AROUND)
         raise InputError(
             f"{path}: line {lines[first[i]]}: {header[i]} = {cell} looks like"
-            f" {cell.replace(',', '')} with a separator of thousands, and would be read as"
-            f" {cell.replace(',', '.', 1)}; write numbers without separators"
+            f" {cell.replace(group, '')} with a separator of thousands, and would be read as"
+            f" {cell.replace(group, '.', 1)}; write numbers without separators"
         )
 
 

@@ -81,7 +81,11 @@ def test_separators_of_thousands_are_refused_and_decimal_commas_are_not(columns)
         read(["0", "999", "1,234", "-12,345", "1,234,567"])
     with refused("line 3: y = 1,234 looks like 1234 with a separator"):
         read(['"999"', '"1,234"'])
+    with refused("line 3: y = 1.234 looks like 1234 with a separator"):
+        read(["999", "1.234", "12", "0"])
     for cells in (
+        ["0", "12", "1.234"],  # points are decimal ones, but beside hundreds
+        ["980", "1.25", "1.234"],
         ["0,000", "999", "1,234"],  # three decimals
         ["1,234", "2,345", "3,456"],  # either; decimals are usual
         ["1,23", "12", "1,234"],
