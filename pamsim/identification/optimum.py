@@ -15,6 +15,7 @@ from pamsim.inference.estimate import Estimate
 from pamsim.inference.trial_noise import TrialNoise
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
+_SMALL = 1e-3  # below it a coordinate, of order 1 as a rule, counts as 0
 _BOUNDLESS = float(np.log(1e6))  # half width of a logarithm: more is no interval
 
 _quantile: Any = scipy.special.stdtrit
@@ -99,7 +100,9 @@ class Optimum:
         covariance = self.covariance
         if covariance is None:
             return None
-        jacobian = central_differences(function, self.coordinates)
+        deviations = np.sqrt(np.diag(covariance))
+        sizes = np.where(deviations > 0.0, deviations, _SMALL)  # what is held has none
+        jacobian = central_differences(function, self.coordinates, sizes)
 
         def spread(part: FloatArray) -> FloatArray:
             return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, covariance, part), 0.0))
@@ -110,14 +113,18 @@ class Optimum:
 
 
 def central_differences(
-    function: Callable[[FloatArray], NDArray[Any]], at: FloatArray
+    function: Callable[[FloatArray], NDArray[Any]], at: FloatArray, sizes: FloatArray
 ) -> NDArray[Any]:
-    """Return the Jacobian of a function from shape ``(k,)`` to ``(n,)``, shape ``(n, k)``."""
+    """Return the Jacobian of a function from shape ``(k,)`` to ``(n,)``, shape ``(n, k)``.
+
+    A step is a share of the coordinate or, where that is nearly 0, of a thousandth; or of its
+    ``sizes``, shape ``(k,)``, where they are smaller, as of a dead time in nanoseconds.
+    """
     if at.size == 0:
         return np.empty((function(at).size, 0))
     columns: list[NDArray[Any]] = []
     for i in range(at.size):
         step = np.zeros(at.size)
-        step[i] = _STEP * max(abs(float(at[i])), 1e-3)
+        step[i] = _STEP * max(abs(float(at[i])), min(float(sizes[i]), _SMALL))
         columns.append((function(at + step) - function(at - step)) / (2.0 * step[i]))
     return np.column_stack(columns)

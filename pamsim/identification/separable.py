@@ -26,6 +26,7 @@ _ROUGH, _ROUGH_STEPS = 1e-4, 20
 _FOLLOWED = 4  # of the starts, to the end of a search: most others lead to the same minimum
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
+_NARROW = 1e-3  # over the width of the bounds: the size that a coordinate has at least
 _FREE_STEP = 1e-6
 """Of a difference, over the size of a coordinate without bounds, 1 at least: a filter with poles
 near 1 has rounding errors of 1e-10, which a smaller step would make a part of the slope."""
@@ -168,7 +169,7 @@ class Separable:
         theta, edge = part.theta, self.upper - self.lower
         step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
         step = np.where(x + step > self.upper, -step, step)
-        slopes: list[FloatArray] = []
+        jacobians: list[FloatArray] = []
         factors: list[FloatArray] = []
         for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
             slope = np.empty((block.shape[0], x.size))
@@ -180,13 +181,13 @@ class Separable:
             slope = part.noise.whiten(slope, i)
             slope -= here[:, np.newaxis]
             slope /= step
-            slopes.append(slope)
+            jacobians.append(slope)
             factors.append(triangular_factor(np.hstack([block[:, :-1], slope])))
         taken, each = _linear_solution(factors, part.own[0].size, theta.size)
         return np.concatenate(
             [
                 block[:, :-1] @ np.concatenate([own, taken]) - slope
-                for block, own, slope in zip(part.blocks, each, slopes, strict=True)
+                for block, own, slope in zip(part.blocks, each, jacobians, strict=True)
             ]
         )
 
@@ -369,6 +370,7 @@ def linearise(
     """Differentiate the prediction by central differences; the noise model whitens all."""
     plain: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     count = 0
+    least = _NARROW * (problem.upper - problem.lower)
     for i in range(len(problem.outputs)):
         shared, own = problem.shared(x, i), problem.own(x, i)
         # Nothing is a trial's own where its offset is held.
@@ -382,7 +384,7 @@ def linearise(
         def predicted(at: FloatArray, i: int = i, eta: FloatArray = eta) -> FloatArray:
             return problem.predicted(at, i, theta, eta)
 
-        jacobian = np.hstack([central_differences(predicted, x), shared])
+        jacobian = np.hstack([central_differences(predicted, x, least), shared])
         rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian, i)))
         plain.append((left - own @ eta, own @ back, rest))
         count += own.shape[1]

@@ -278,8 +278,8 @@ def _own_physics(path: Path, text: str, _beside: tuple[tuple[str, int, int], ...
         frames = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
-        said = str(traceback.TracebackException(type(error), error, None))  # its own may fail
-        raise InputError(f"{path}, line {line}: {type(error).__name__}: {said}") from None
+        reason = str(traceback.TracebackException(type(error), error, None))  # its own may fail
+        raise InputError(f"{path}, line {line}: {type(error).__name__}: {reason}") from None
     kinds = {"LAWS": ForceLaw | Operator, "EFFECTS": Effect}
     held = {name: getattr(module, name, ()) for name in kinds}
     for name, kind in kinds.items():

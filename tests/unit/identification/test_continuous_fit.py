@@ -238,3 +238,13 @@ def test_bad_structures_and_too_few_samples_are_refused():
         "few": (record(20, n=30, hold=3), few, "too few"),
     }
     all_refused(bad, lambda given, options: fit_continuous([given], **options))
+
+
+def test_a_fit_does_not_depend_on_the_unit_of_time():
+    own = record(1, noise=0.05, delay=0.03)
+    fast = replace(own, time=1e-9 * own.time)
+    slow, quick = (fit_continuous([each], order=1, dead_time=True) for each in (own, fast))
+    for one, other, factor in zip(slow.estimates, quick.estimates, (1.0, 1e9, 1e9), strict=True):
+        assert factor * other.value == pytest.approx(one.value, rel=1e-6), one.name
+        ends = [factor * end for end in other.interval95]
+        assert ends == pytest.approx(one.interval95, rel=1e-5), one.name

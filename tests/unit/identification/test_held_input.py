@@ -108,3 +108,9 @@ def test_modes_of_a_long_record_have_their_values_and_end():
     slow = np.abs(modes[700:1300, 0])
     np.testing.assert_allclose(slow[1:] / slow[:-1], np.exp(-0.02 / 0.4), rtol=1e-6)
     assert not np.any(modes[1500:])
+
+
+def test_an_input_that_is_to_act_before_the_record_is_its_last_value():
+    given = np.linspace(0.0, 1.0, 50)
+    run = chain_derivatives(np.empty(0), given, 0.01, count=1, dead_time=-2.0)
+    np.testing.assert_array_equal(run, np.ones((50, 1)))

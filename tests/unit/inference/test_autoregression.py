@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.autoregression import burg_reflections, filtered
 
 LIMIT = 0.9999
@@ -16,6 +17,10 @@ def test_a_filter_is_that_of_scipy(shape):
     found = filtered(predictor, values)
     np.testing.assert_allclose(found, lfilter(predictor, [1.0], values, axis=0), atol=1e-12)
     np.testing.assert_array_equal(filtered(predictor, np.asfortranarray(values)), found)
+
+
+def coloured(rng, size) -> FloatArray:
+    return np.asarray(lfilter([1.0], [1.0, -1.2, 0.5], rng.standard_normal(size)))
 
 
 def burg(rows, most):
@@ -34,7 +39,7 @@ def burg(rows, most):
 def test_reflections_are_those_of_the_recursion_over_all_rows():
     rng = np.random.default_rng(2)
     sizes = (3000, 31, 1025, 1024, 400)
-    rows = [lfilter([1.0], [1.0, -1.2, 0.5], rng.standard_normal(size)) for size in sizes]
+    rows = [coloured(rng, size) for size in sizes]
     kept = [row.copy() for row in rows]
     np.testing.assert_allclose(burg_reflections(rows, 30, LIMIT), burg(rows, 30), rtol=1e-9)
     np.testing.assert_array_equal(np.concatenate(rows), np.concatenate(kept))
