@@ -17,8 +17,10 @@ bend.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import make_lsq_spline, splrep
@@ -42,6 +44,11 @@ _DEGREE = 3  # of the spline: the least whose rate has no corners
 _SHARES = (1.0, 0.85, 0.7, 0.5)
 """Mean squared residuals of the splines on offer, in variances of the noise: from that of the
 noise itself down to that of a coefficient for every second sample."""
+
+_PIECE, _OVERLAP = 2000, 100
+"""Samples of a long signal that one spline smooths, and those on either side that it shares with the
+next: FITPACK takes a time that grows with the square of the samples, and a knot has no influence
+some knots away."""
 
 _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
@@ -74,6 +81,20 @@ def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
     # Noise below rounding would ask for a knot at every sample.
     if values.size <= 2 * (_DEGREE + 1) or not noise > 1e-12 * float(np.ptp(values)):
         return values
+    found = np.zeros(values.size)
+    edges = np.linspace(0, values.size, math.ceil(values.size / _PIECE) + 1).astype(int).tolist()
+    for begin, end in pairwise(edges):
+        rows = slice(max(begin - _OVERLAP, 0), end + _OVERLAP)
+        share = np.interp(
+            np.arange(values.size)[rows],
+            [begin - _OVERLAP, begin + _OVERLAP, end - _OVERLAP, end + _OVERLAP],
+            [float(begin == 0), 1.0, 1.0, float(end == values.size)],
+        )
+        found[rows] += share * _spline(time[rows], values[rows], noise)
+    return found
+
+
+def _spline(time: FloatArray, values: FloatArray, noise: float) -> FloatArray:
     weight = np.full(values.size, 1.0 / noise)
     best, least = values, 2.0 * values.size  # as read: no residual, a coefficient for each sample
     for share in _SHARES:

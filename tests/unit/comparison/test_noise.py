@@ -10,6 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 import pamsim
+from pamsim.comparison import link_inputs
 from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_inputs import sample_noise, smoothed
 from pamsim.comparison.link_noise import link_noise
@@ -332,6 +333,25 @@ def test_smoothing_leaves_less_than_the_noise_and_nothing_that_repeats_share():
     assert np.quantile(left, 0.9) < 0.5e-3
     noisy = STEPS + rng.normal(0.0, 400.0, SHORT.size)  # in any unit
     assert smoothed(SHORT, 1e-3 * noisy) == pytest.approx(1e-3 * smoothed(SHORT, noisy), rel=1e-6)
+
+
+def test_a_long_signal_is_smoothed_in_pieces_as_well_as_whole(monkeypatch):
+    time = np.arange(5000) / 100.0
+    signal, rng = 3e5 - 1e5 * np.exp(-np.mod(time, 2.0) / 0.15), np.random.default_rng(12)
+    read, sizes = signal + rng.normal(0.0, 400.0, time.size), []
+    fit = link_inputs.splrep
+    monkeypatch.setattr(
+        link_inputs, "splrep", lambda t, *a, **k: sizes.append(len(t)) or fit(t, *a, **k)
+    )
+    left = smoothed(time, read) - signal
+    assert max(sizes) < 2000
+    places = [1667, 3333]  # where pieces meet
+    for part in (left, *(left[at - 100 : at + 100] for at in places)):
+        assert np.sqrt(np.mean(part**2)) < 0.6 * 400.0
+    jumps = np.abs(np.diff(left))
+    assert max(jumps[at] for at in places) < 400.0
+    monkeypatch.setattr(link_inputs, "_PIECE", time.size)
+    assert np.std(left) == pytest.approx(np.std(smoothed(time, read) - signal), rel=0.05)
 
 
 def test_a_hum_is_smoothed_away_and_takes_nothing_of_the_signal_along():
