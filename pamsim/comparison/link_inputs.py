@@ -45,10 +45,10 @@ _SHARES = (1.0, 0.85, 0.7, 0.5)
 """Mean squared residuals of the splines on offer, in variances of the noise: from that of the
 noise itself down to that of a coefficient for every second sample."""
 
-_PIECE, _OVERLAP = 2000, 100
-"""Samples of a long signal that one spline smooths, and those on either side that it shares with the
-next: FITPACK takes a time that grows with the square of the samples, and a knot has no influence
-some knots away."""
+_PIECE, _OVERLAP = 1000, 100
+"""Samples of a long signal that one spline smooths, and those at either side that it shares with
+the next: FITPACK takes a time that grows with the square of the samples, and what lies some knots
+away has no influence."""
 
 _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
