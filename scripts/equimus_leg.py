@@ -323,7 +323,8 @@ def by_repeats(folder: Path, workers: int) -> dict[str, Any]:
     shapes = [
         {k: one[k] for k in ("kind", "acts_at", "before", "after")} for one in kept["learned"]
     ]
-    return {key: kept[key] for key in KEPT} | {"learned": shapes}
+    found = {key: kept[key] for key in KEPT if key != "run"}  # it names folders
+    return found | {"learned": shapes, "warnings": kept["warnings"]}
 
 
 LEVELS = {"first": 2.0, "second": 4.0, "third": 6.0}

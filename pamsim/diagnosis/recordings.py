@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pamsim.comparison.candidate import Candidate
@@ -27,12 +28,21 @@ from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.sentence import slow_errors
-from pamsim.diagnosis.by_link.whole_chain import whole_chain
+from pamsim.diagnosis.by_link.whole_chain import WholeChain, misses_more, whole_chain
 from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig
+
+_NO_SHAPE = (
+    "a curve was learned of what has no name, but with it the whole chain misses more (RMS): it is"
+    " left out"
+)
+_MISSES_MORE = (
+    "with the effects found the whole chain misses more than without (RMS): they explain quick"
+    " errors, and slow ones grow; do not use the repaired rig before something is done about these"
+)
 
 
 def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
@@ -64,15 +74,10 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
         threads=options.threads,
         progress=options.progress,
     )
-    repaired = _repaired(found)
-    chain = whole_chain(
-        rig,
-        data,
-        chain_values(found, found.base),
-        repaired,
-        held_out=held_out,
-        threads=options.threads,
-    )
+    repaired, chain = _in_whole_chain(rig, data, found, held_out, options.threads)
+    if found.shape is not None and misses_more(chain.gap):
+        found = replace(found, shape=None, notes=(*found.notes, _NO_SHAPE))
+        repaired, chain = _in_whole_chain(rig, data, found, held_out, options.threads)
     noise = {
         channel: gap.floor / shown_unit(channel)[1]
         for channel, gap in chain.gap.items()
@@ -95,6 +100,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
             *warnings,
             *found.notes,
             *(slow_errors(chain.gap) if nothing_left else ()),
+            *((_MISSES_MORE,) if misses_more(chain.gap) else ()),
             *far_from_stated(refitted),
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
@@ -129,6 +135,18 @@ def _tried(
         else:
             tried.append(one)
     return tuple(tried), skipped
+
+
+def _in_whole_chain(
+    rig: Rig,
+    data: CalibrationData,
+    found: LinkDiagnosis,
+    held_out: Collection[str],
+    threads: int | None,
+) -> tuple[dict[str, float] | None, WholeChain]:
+    """Values of the repaired rig, and the whole chain with and without them."""
+    repaired, before = _repaired(found), chain_values(found, found.base)
+    return repaired, whole_chain(rig, data, before, repaired, held_out=held_out, threads=threads)
 
 
 def _repaired(found: LinkDiagnosis) -> dict[str, float] | None:

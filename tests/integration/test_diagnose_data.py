@@ -10,6 +10,7 @@ import pytest
 import pamsim
 from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.errors import InputError
+from pamsim.diagnosis import recordings
 from pamsim.diagnosis.fitted_rig import PULLEY, possible_rig
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.table_at_rest import diagnose_table, published_rig
@@ -155,7 +156,7 @@ def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [0.3, 0.0])
-def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_path):
+def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_path, monkeypatch):
     """In typical sizes of 4 N m/rad, from 8 deg on; nothing is learned where nothing is missing."""
     hidden = hide_in_plant(
         "mas20_arm", {"soft_stop": size} if size else {}, duration=5.0, repeats=3, forces=False,
@@ -182,6 +183,12 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
     assert learned.high > learned.low
     gap = report.gap["angle"]
     assert gap.after < 0.5 * gap.before
+    # A curve with which the whole chain misses more is left out.
+    monkeypatch.setattr(recordings, "misses_more", lambda gap: gap["angle"].after is not None)
+    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
+    assert report.learned == ()
+    assert report.repair is None
+    assert any("misses more (RMS): it is left out" in one for one in report.warnings)
 
 
 @pytest.mark.slow

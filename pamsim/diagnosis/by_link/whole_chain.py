@@ -117,6 +117,15 @@ def whole_chain(
     )
 
 
+def misses_more(gap: Mapping[str, ChannelGap]) -> bool:
+    """Whether the channels together are missed by more after than before, in noise floors."""
+    change = 0.0
+    for one in gap.values():
+        if one.floor and one.before is not None and one.after is not None:
+            change += (one.after**2 - one.before**2) / one.floor**2
+    return change > 0.0
+
+
 def floor_beside(predictor: TrialPredictor, prediction: Prediction) -> NoiseFloor:
     """Noise of the channels, by what a prediction misses of the trials."""
     blocks = predictor.blocks(prediction)

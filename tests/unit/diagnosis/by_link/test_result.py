@@ -17,7 +17,7 @@ from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.result import RowEntry
 from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.sizes import Size
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap, misses_more
 from pamsim.report.link_page import write_link_diagnosis
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report, size
 
@@ -234,6 +234,17 @@ def test_suspects_are_named_only_where_something_is_left():
         for one in entries:
             assert one.effect == "coulomb_friction:rigid"
             assert one.sizes[parameter.name].interval95 == (0.05, 0.15)
+
+
+def test_channels_are_missed_by_more_together_in_noise_floors():
+    def gap(floor, before, after):
+        return ChannelGap(unit="deg", floor=floor, before=before, after=after)
+
+    less, more = gap(1.0, 3.0, 2.0), gap(10.0, 10.0, 30.0)
+    assert misses_more({"angle": less, "force": more})
+    assert not misses_more({"angle": less, "force": gap(100.0, 10.0, 30.0)})
+    assert not misses_more({"angle": less, "force": gap(None, 1.0, 9.0)})
+    assert not misses_more({"angle": gap(1.0, 3.0, None)})
 
 
 def test_slow_errors_of_the_whole_chain_are_stated_in_noise_floors():
