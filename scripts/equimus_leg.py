@@ -301,6 +301,7 @@ def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
     report.save(OUT / "diagnosis")
     print(report.summary())
     kept = report.to_dict()
+    kept["run"]["data"] = [Path(source).name for source in sources]
     return {key: kept[key] for key in KEPT}
 
 
