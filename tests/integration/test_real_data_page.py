@@ -67,6 +67,20 @@ def test_the_diagnosis_of_the_equimus_leg():
             assert size["interval95"][0] < 0.0 < size["interval95"][1]
 
 
+def test_the_cycles_of_the_equimus_leg_as_repeats():
+    result = recorded("results/equimus_leg")["repeats"]
+    hip, knee = (result["gap"][f"{joint}.angle"] for joint in ("hip", "knee"))
+    assert not any(effect["level"] for effect in result["effects"])
+    assert result["learned"] == []
+    quoted(
+        f"the hip is missed by {hip['after']:.2f} instead of {hip['before']:.2f} deg"
+        f" ({hip['after'] / hip['floor']:.1f} noise floors)",
+        f"the knee by {knee['after']:.2f} instead of {knee['before']:.2f} deg"
+        f" ({knee['after'] / knee['floor']:.1f})",
+        f"(refuted: valves, inertia and drag; {result['links'][0]['before']:.1f}, as",
+    )
+
+
 def test_friction_of_the_printed_cylinders_grows_with_pressure():
     cylinders = recorded("results/printed_cylinders")
     share, constant = [], []
