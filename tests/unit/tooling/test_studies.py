@@ -60,14 +60,20 @@ def test_the_command_of_a_record_names_its_cases():
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
     scores, text = script("link_study_scores"), page("validation")
-    before, second, these = (
-        recorded(f"results/link_study{name}") for name in ("_fresh", "_second", "")
+    before, second, these, third = (
+        recorded(f"results/link_study{name}") for name in ("_fresh", "_second", "", "_third")
     )
     few = {
         f"{name}, 40 cases": recorded(f"results/link_study_{name.replace(' ', '_')}")
         for name in ("two repeats", "one log")
     }
-    columns = {"rules before": before, "second rules": second, "these rules": these, **few}
+    columns = {
+        "rules before": before,
+        "second rules": second,
+        "these rules": these,
+        "these rules again": third,
+        **few,
+    }
     assert "\n".join(scores.table(columns)) in text
     for one in columns.values():
         assert scores.must_show(one["rows"]) == one["must_show"]
@@ -76,9 +82,12 @@ def test_the_table_of_the_study_by_link_is_that_of_the_record():
     assert f"by {len(before['rows'])} of {len(CASES)} cases" in words("validation")
     assert f"by the first {len(second['rows'])} of 160 cases" in words("validation")
     assert f"by {len(these['rows'])} cases drawn afterwards" in words("validation")
+    assert f"judged by the first {len(third['rows'])} of 96 cases" in words("validation")
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases? )?([\d,\s]+)\)", paragraph)))
-    wrong = [r["name"] for one in (before, second, these) for r in one["rows"] if scores.wrong(r)]
+    wrong = [
+        r["name"] for one in (before, second, these, third) for r in one["rows"] if scores.wrong(r)
+    ]
     assert sorted(named) == sorted(name.partition("_")[0] for name in wrong)
 
 
