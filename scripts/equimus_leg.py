@@ -291,18 +291,20 @@ def calibration(folder: Path, workers: int) -> dict[str, Any]:
 def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
     """What the shipped rig misses in ToCenter, judged on three steps of it."""
     sources = [released(folder, FITTED, "release"), released(folder, CHECKED, "release_check")]
+    found = diagnosed(sources, "diagnosis", workers, effects=EFFECTS)
+    return {key: found[key] for key in KEPT}
+
+
+def diagnosed(sources: list[Path], part: str, workers: int, **settings: Any) -> dict[str, Any]:
+    """Diagnose recordings; what was found, and which they are without their folders."""
     report = pamsim.diagnose(
-        sources,
-        rig="equimus_leg",
-        nuisance=NUISANCE,
-        effects=EFFECTS,
-        threads=workers,
+        sources, rig="equimus_leg", nuisance=NUISANCE, threads=workers, **settings
     )
-    report.save(OUT / "diagnosis")
+    report.save(OUT / part)
     print(report.summary())
-    kept = report.to_dict()
-    kept["run"]["data"] = [Path(source).name for source in sources]
-    return {key: kept[key] for key in KEPT}
+    found = report.to_dict()
+    found["run"]["data"] = [source.name for source in sources]
+    return found
 
 
 JUDGED = tuple(f"log_{cycle}" for cycle in (1, 3, 5, 7, 9))
@@ -311,21 +313,10 @@ JUDGED = tuple(f"log_{cycle}" for cycle in (1, 3, 5, 7, 9))
 
 def by_repeats(folder: Path, workers: int) -> dict[str, Any]:
     """What the shipped rig misses in TriStatic, whose cycles repeat each other."""
-    report = pamsim.diagnose(
-        [triangle(folder)],
-        rig="equimus_leg",
-        nuisance=NUISANCE,
-        hold_out=JUDGED,
-        threads=workers,
-    )
-    report.save(OUT / "repeats")
-    print(report.summary())
-    kept = report.to_dict()
-    shapes = [
-        {k: one[k] for k in ("kind", "acts_at", "before", "after")} for one in kept["learned"]
-    ]
-    found = {key: kept[key] for key in KEPT if key != "run"}  # it names folders
-    return found | {"learned": shapes, "warnings": kept["warnings"]}
+    found = diagnosed([triangle(folder)], "repeats", workers, hold_out=JUDGED)
+    curves = ("kind", "acts_at", "before", "after")
+    shapes = [{key: one[key] for key in curves} for one in found["learned"]]
+    return {key: found[key] for key in (*KEPT, "warnings")} | {"learned": shapes}
 
 
 LEVELS = {"first": 2.0, "second": 4.0, "third": 6.0}
