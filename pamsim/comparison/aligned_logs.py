@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pamsim.comparison.repeats import same_settings, what_differs
+from pamsim.core.errors import first_few
 from pamsim.recordings.start_pressures import SHUT_AT_0
 from pamsim.recordings.trial import Trial
 
@@ -44,19 +45,15 @@ def aligned(trials: Sequence[Trial]) -> tuple[tuple[Trial, ...], tuple[str, ...]
         inputs.append(first)
         left = [trial for trial in left if late[trial.name] is None]
     notes = [
-        f"no repeats though of one protocol: {_listed(pairs)}: {why}"
+        f"no repeats though of one protocol: {first_few(pairs, _SHOWN)}: {why}"
         for why in dict.fromkeys(why for why, _ in apart.values())
         for pairs in [[pair for own, pair in apart.values() if own == why]]
     ]
     if cut:
-        rows = _listed([f"{protocol} ({count} rows)" for protocol, count in cut.items()])
+        named = [f"{protocol} ({count} rows)" for protocol, count in cut.items()]
+        rows = first_few(named, _SHOWN)
         notes.insert(0, f"repeats begin or end at other rows, and are cut to those of all: {rows}")
     return tuple(found.values()), tuple(notes)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
 def _rows_late(first: Trial, other: Trial) -> int | None:

@@ -290,7 +290,7 @@ class ChainRuns:
         leads = run.pressures and bool(run.moved)
         torque = torques[job] if run.pulled and run.pulled not in run.moved else None
         # What leads to a trial follows the torque that it begins with.
-        apart = torque is not None and not leads
+        added = None if leads else torque
         sensor, stops = job.rig.sensor, job.rig.model.jnt_range
         key = job.run, sensor, stops.tobytes()
         known = self._driven.get(key)
@@ -301,14 +301,14 @@ class ChainRuns:
                 run,
                 self._inputs[mean.name],
                 way=self._ways.get(mean.name) if leads else None,
-                torque=np.zeros(mean.time.size) if apart else torque,
+                torque=torque if added is None else np.zeros(mean.time.size),
             )
-            if sensor == self._rig.sensor and (torque is None or apart):
+            if sensor == self._rig.sensor and (torque is None or added is not None):
                 self._driven[key] = known
-        if torque is None or not apart:
+        if added is None:
             return known
         driven, experiment = known
-        return driven, with_effort(experiment, run.pulled, torque)
+        return driven, with_effort(experiment, run.pulled, added)
 
 
 def link_residuals(

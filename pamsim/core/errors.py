@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 _LONGEST_WORD, _LONGEST = 200, 1000
 _SUGGESTED, _LISTED = 5, 20  # names that are suggested; all that are listed beside them
@@ -50,6 +50,12 @@ class SimulationError(PamsimError):
     def __init__(self, message: str, recording: object = None) -> None:
         super().__init__(message)
         self.recording = recording
+
+
+def first_few(names: Sequence[str], most: int) -> str:
+    """The first names of some, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -23,7 +23,7 @@ from pamsim.comparison.measurements import CalibrationData, read_calibration_dat
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, first_few
 from pamsim.diagnosis.about_the_rig import Simulated, about_the_drive, about_the_rig
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.whole_chain import floor_beside
@@ -37,6 +37,7 @@ from pamsim.recordings.trial import Trial
 SCHEMA = "pamsim-check/2"
 FILE = "check.json"
 
+_SHOWN = 6  # names in a line
 _TOO_QUICK = "at its typical size the simulation needs a shorter time step, or breaks down"
 
 
@@ -107,7 +108,7 @@ class RecordingCheck:
         lines = [
             f"rig {self.rig}: {_trials(sum(self.protocols.values()))}, {self.seconds:.4g} s:"
             f" {repeats}",
-            f"held out: {_some(self.held_out) or 'parts of all trials'}",
+            f"held out: {first_few(self.held_out, _SHOWN) or 'parts of all trials'}",
             f"{'channel':20s}{'from':>10s}{'to':>10s}{'noise':>10s}{'missed':>10s}",
         ]
         for name, one in self.channels.items():
@@ -295,8 +296,3 @@ def _standing_still(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> 
 
 def _trials(count: int) -> str:
     return "1 trial" if count == 1 else f"{count} trials"
-
-
-def _some(names: Sequence[str], most: int = 6) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
