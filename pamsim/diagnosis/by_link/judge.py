@@ -28,6 +28,7 @@ from pamsim.diagnosis.by_link.judged import (
     Judged,
     Rival,
     beside_unknown,
+    taken_in,
 )
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
@@ -74,13 +75,18 @@ class Case:
 
 @dataclass(frozen=True)
 class Needed:
-    """An effect that a model needs: where, the model refitted without it, and what it gains."""
+    """An effect that a model needs: where, the model refitted without it, and what it gains.
+
+    Attributes:
+        by_link: fall of the mean square of each link [noise variance].
+    """
 
     effect: Candidate
     links: frozenset[Link]
     rest: LinkModel
     before: float
     found: Difference
+    by_link: Mapping[Link, float]
 
     def leaves_more(self, left: Mapping[Link, Remainder]) -> bool:
         """Whether more than noise is left for certain in a link of it."""
@@ -199,7 +205,7 @@ def _judged(
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]
-    inexact = [other.found.gain for other in beside if other.leaves_more(left)]
+    inexact = [taken_in(one.links, n.by_link) for n in beside if n.leaves_more(left)]
     all_missed, not_taken, uncounted = (
         scale * float(weights @ [of[link] for link in links]) for of in (missed, unexplained, small)
     )
@@ -219,6 +225,7 @@ def _judged(
         others=gain_of_others(one, needed),
         missed=all_missed,
         at_end=one.effect.at_end(model.values),
+        by_link=one.by_link,
         limits=one.found.limits,
     )
 
@@ -241,7 +248,9 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
                 continue
             links = case.seen_in(effect)
             before = float(np.mean([size for link, size in case.before.items() if link in links]))
-            one = Needed(effect, links, rest, before, unseen.better(model, rest, links))
+            own, other = unseen.losses(model), unseen.losses(rest)
+            falls = {k: float(np.mean(other[k]) - np.mean(own[k])) for k in own.keys() & links}
+            one = Needed(effect, links, rest, before, unseen.better(model, rest, links), falls)
             (needed if one.found.certain else idle).append(one)
         if not idle:
             return model, needed

@@ -7,22 +7,23 @@ is then that of the nearest: certain if next to nothing is left beside what it t
 while its form is not. Place and family are, as long as the effect takes away far more than is left
 (`EXPLAINED`). Beside other effects in its links it need not be so much: what is left there may be
 an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be such an error, too: it
-must be larger than the share that an inexact formula may leave, and than all of one whose own place
-is not certain. An effect so small that what is left is much beside it is not certain either, though
-that be too little to count, or no repeats show whether it is noise (`BESIDE_OTHERS`). Nor is one in
-links that miss no more than noise. Of two effects of a family at one place one may be what the
-formula of the other misses: the name of that is certain which takes away twice as much. Two inexact
-errors of sensors may be one cause before both, as a delay is: no place is certain. What other
-formulas of the families that were found would take away as well is not counted as left: it speaks
-for these families. So many effects in a link that they are rather the series of an unknown one
-(`SERIES`) are not certain, unless one of them outweighs all others. Nor is an effect that fits only
-at an end of a parameter's range: it stands for another one.
+must be larger than the share that an inexact formula may leave of what it takes away in these
+links, and than all of that of one whose own place is not certain. An effect so small that what is
+left is much beside it is not certain either, though that be too little to count, or no repeats show
+whether it is noise (`BESIDE_OTHERS`). Nor is one in links that miss no more than noise. Of two
+effects of a family at one place one may be what the formula of the other misses: the name of that
+is certain which takes away twice as much. Two inexact errors of sensors may be one cause before
+both, as a delay is: no place is certain. What other formulas of the families that were found would
+take away as well is not counted as left: it speaks for these families. So many effects in a link
+that they are rather the series of an unknown one (`SERIES`) are not certain, unless one of them
+outweighs all others. Nor is an effect that fits only at an end of a parameter's range: it stands
+for another one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
@@ -136,6 +137,7 @@ class Judged:
         upstream: an effect before the sensors for which it and the error of another sensor are both
             mistaken, where one of their formulas is inexact.
         instead: number of the rig that takes up most of an effect of which nothing is certain.
+        by_link: fall of the mean square of each link [noise variance].
         limits: from which something is certain.
     """
 
@@ -156,6 +158,7 @@ class Judged:
     second: bool = False
     upstream: str = ""
     instead: Instead | None = None
+    by_link: Mapping[Link, float] = field(default_factory=dict[Link, float])
     limits: Limits = USUAL
 
     @property
@@ -208,7 +211,7 @@ def beside_unknown(judged: Sequence[Judged]) -> tuple[Judged, ...]:
     found: list[Judged] = []
     for one in sorted(judged, key=lambda one: -one.gain):
         unknown = [
-            larger.gain
+            taken_in(one.links, larger.by_link)
             for larger in found
             if larger.links & one.links and not larger.exact and not larger.level()
         ]
@@ -219,6 +222,16 @@ def beside_unknown(judged: Sequence[Judged]) -> tuple[Judged, ...]:
         error = max([one.error, *unknown])
         found.append(replace(one, error=error, second=second, upstream=upstream))
     return tuple(found)
+
+
+def taken_in(links: Collection[Link], by_link: Mapping[Link, float]) -> float:
+    """What an effect takes away in some links, their mean [noise variance].
+
+    Args:
+        links: of which.
+        by_link: fall of the mean square of each link that it causes [noise variance].
+    """
+    return sum(max(by_link.get(link, 0.0), 0.0) for link in links) / len(links)
 
 
 def _before_both(one: Judged, other: Judged) -> str:

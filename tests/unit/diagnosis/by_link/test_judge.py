@@ -8,7 +8,7 @@ import pytest
 
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
-from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
+from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown, taken_in
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import best_fits
@@ -26,7 +26,7 @@ from tests.unit.diagnosis.by_link.toy_chain import (
 
 def judged(gain, left, before, **more):
     fixed = {"effect": FRICTION, "links": frozenset([ARMLINK]), "p_value": 0.001, "rivals": ()}
-    found = {"exact": False, "named": False, **more}
+    found = {"exact": False, "named": False, "by_link": {ARMLINK: gain}, **more}
     return Judged(gain=gain, left=left, before=before, **fixed, **found)
 
 
@@ -72,6 +72,21 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     assert [one.level() for one in beside_unknown([small, large])] == ["family", "family"]
     exact = replace(unknown, exact=True)
     assert [one.level() for one in beside_unknown([small, exact])] == ["", "family"]
+
+
+def test_the_error_of_a_formula_is_no_larger_in_a_link_than_what_it_takes_away_there():
+    """A backlash moves the pressures a little: it is not why a reservoir is missing there."""
+    wide = frozenset([AIR, ARMLINK])
+    unknown = replace(judged(4.0, 2.0, 9.0, by_link={AIR: 0.4, ARMLINK: 7.6}), links=wide)
+    there = {"by_link": {AIR: 0.9}}
+    small = replace(judged(0.9, 0.0, 0.9, **there), links=frozenset([AIR]))
+    assert [one.level() for one in beside_unknown([small, unknown])] == ["", "family"]
+    near = replace(unknown, by_link={AIR: 1.0, ARMLINK: 7.0})
+    assert [one.level() for one in beside_unknown([small, near])] == ["", ""]
+    # The mean over the links of an effect, as its gain is.
+    both = replace(small, links=wide, by_link={AIR: 1.8})
+    assert taken_in(both.links, {AIR: 1.0}) == 0.5
+    assert taken_in(both.links, {ARMLINK: -1.0}) == 0.0
 
 
 def test_of_a_family_at_one_place_the_name_of_one_that_outweighs_the_others_is_certain():
@@ -170,7 +185,7 @@ def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
     steps = Steps(lambda done, most, what: fitted.append(what), 1)
     searched, links = SimpleNamespace(known=known), frozenset([AIR])
     case = Case(fitter, searched, None, {}, steps)
-    one = Needed(delay, links, fitter.stated, 0.0, None)
+    one = Needed(delay, links, fitter.stated, 0.0, None, {})
     left = {AIR: SimpleNamespace(counts=more)}
     rival_fits(case, fitter.stated, one, left)
     every = {e.label for e in others}
