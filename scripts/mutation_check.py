@@ -131,7 +131,10 @@ PARTS = {
     ),
     "sweeps": Room(
         ("sweeps",),
-        ("unit/sweeps", "unit/tooling integration/test_results.py integration/test_own_physics.py"),
+        ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py unit/sweeps/test_sweep.py",
+         "unit/sweeps/test_documented_sweep.py unit/tooling/test_studies.py"
+         " integration/test_command_line.py integration/test_results.py"
+         " integration/test_own_physics.py"),
     ),
     "cli": Room(("cli",), (_OF_CLI, _LONGER)),
 }  # fmt: skip
