@@ -154,7 +154,10 @@ _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Or: ("or", "and"),
 }
 
-_STYLE = {"alpha", "fontsize", "linewidth", "linewidths", "markersize", "zorder"}
+_STYLE = {
+    *("alpha", "fontsize", "height_ratios", "labelsize", "linespacing", "linestyle", "linewidth"),
+    *("linewidths", "markeredgewidth", "markersize", "size", "width_ratios", "zorder"),
+}
 """Arguments that state how a figure looks, and no number in it."""
 
 
@@ -191,6 +194,14 @@ def _in_effect(tree: ast.Module) -> ast.Module:
     for node in ast.walk(tree):
         if isinstance(node, ast.Call):
             node.keywords = [one for one in node.keywords if one.arg not in _STYLE]
+            if isinstance(node.func, ast.Name) and node.func.id == "new_figure":
+                node.args = node.args[1:]  # but its height
+        if isinstance(node, ast.Dict):
+            node.values = [
+                value
+                for key, value in zip(node.keys, node.values, strict=True)
+                if not (isinstance(key, ast.Constant) and key.value in _STYLE)
+            ]
         if isinstance(node, ast.arg | ast.AnnAssign):
             node.annotation = None  # pyright: ignore[reportAttributeAccessIssue]
         if isinstance(node, ast.FunctionDef):
