@@ -7,8 +7,8 @@ states how wide, large or pale something is drawn. As many are drawn from each p
 muscles, hysteresis and air; ``kernel``, the muscles' part of a step; ``engine``; ``effects``;
 ``learned``, curves of what has no name; ``verdict``, the rules by which recordings, tables at rest
 and loops come to a verdict; ``identification``; ``papers``, their claims recomputed; ``report``,
-figures and pages; ``sweeps``; ``cli``, the commands. Each is run by the tests of its room, the
-quickest first, and is caught if one fails or takes too long. Survivors are listed with the line
+figures and pages; ``sweeps``; ``cli``, the commands. Each is run by the tests of its room, those of
+its file first, and is caught if one fails or takes too long. Survivors are listed with the line
 before and after. It works on a copy of the repository: nothing here is touched. Where no mutation
 of a room survived, its tests must pass in the end with nothing changed. FILE is written after each
 mutation, and the same command goes on from it.
@@ -42,8 +42,7 @@ class Room:
 
     Attributes:
         sources: files and folders below ``pamsim``.
-        tests: files, folders and tests below ``tests``, in the order in which they run; those of
-            one text, with blanks between, in one run of pytest.
+        tests: files, folders and tests below ``tests``, with blanks between, quickest first.
         left_out: files of the folders that state no law.
     """
 
@@ -112,9 +111,8 @@ PARTS = {
     ),
     "identification": Room(
         ("identification",),
-        ("unit/identification",
-         "integration/test_identify_command.py unit/report/test_identify_page.py"
-         " integration/test_design_loop.py unit/controllers unit/papers/test_reproduce_checks.py"),
+        ("unit/identification unit/report/test_identify_page.py unit/controllers/test_pid.py"
+         " integration/test_identify_command.py",),
     ),
     "papers": Room(
         ("papers",),
@@ -131,10 +129,8 @@ PARTS = {
     ),
     "sweeps": Room(
         ("sweeps",),
-        ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py unit/sweeps/test_sweep.py",
-         "unit/sweeps/test_documented_sweep.py unit/tooling/test_studies.py"
-         " integration/test_command_line.py integration/test_results.py"
-         " integration/test_own_physics.py"),
+        ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py unit/sweeps/test_sweep.py"
+         " integration/test_command_line.py unit/sweeps/test_documented_sweep.py",),
     ),
     "cli": Room(("cli",), (_OF_CLI, _LONGER)),
 }  # fmt: skip
@@ -243,32 +239,42 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
         yield node.lineno, node.col_offset, node.operand.col_offset, ""
 
 
-def passes(tests: tuple[str, ...], copy: Path) -> bool:
-    """Whether tests pass in a copy of the repository, see `Room`."""
+def files_of(room: Room, module: str) -> list[str]:
+    """Files and tests of a room, those that name a module, such as ``sweeps.job``, first."""
+    named: dict[str, bool] = {}
+    for name in " ".join(room.tests).split():
+        path = ROOT / "tests" / name
+        for file in sorted(path.rglob("test_*.py")) if path.is_dir() else [path]:
+            test = str(file.relative_to(ROOT))
+            text = test + Path(ROOT, test.partition("::")[0]).read_text()
+            named[test] = module in text or f"/test_{module.rpartition('.')[2]}" in text
+    return sorted(named, key=lambda test: not named[test])
+
+
+def passes(tests: list[str], copy: Path) -> bool:
+    """Whether tests pass in a copy of the repository."""
     places = {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy.parent / "numba")}
     pytest = (sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider")
-    for together in tests:
-        run = subprocess.run(
-            [*pytest, *(f"tests/{name}" for name in together.split())],
-            cwd=copy,
-            env=os.environ | places,
-            capture_output=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
-        )
-        if run.returncode != 0:
-            return False
-    return True
+    run = subprocess.run(
+        [*pytest, *tests],
+        cwd=copy,
+        env=os.environ | places,
+        capture_output=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+    )
+    return run.returncode == 0
 
 
-def caught(mutation: Mutation, tests: tuple[str, ...], copy: Path) -> bool:
+def caught(mutation: Mutation, room: Room, copy: Path) -> bool:
     """Whether a test fails once the line is changed in a copy, which is put right again."""
     path = copy / mutation.file
     original = path.read_text()
     lines = original.splitlines(keepends=True)
     lines[mutation.line - 1] = lines[mutation.line - 1].replace(mutation.before, mutation.after)
     path.write_text("".join(lines))
+    module = ".".join(Path(mutation.file).with_suffix("").parts[-2:])
     try:
-        return not passes(tests, copy)
+        return not passes(files_of(room, module), copy)
     finally:
         path.write_text(original)
 
@@ -312,14 +318,14 @@ def check(part: str, count: int, seed: int, copy: Path, result: dict[str, Any]) 
             " from it to begin again"
         )
     for mutation in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
-        found = caught(mutation, room.tests, copy)
+        found = caught(mutation, room, copy)
         result["tried"] += 1
         result["caught"] += found
         if not found:
             result["survivors"].append(asdict(mutation))
             tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
         yield
-    if not result["survivors"] and not passes(room.tests, copy):
+    if not result["survivors"] and not passes(files_of(room, ""), copy):
         raise SystemExit(f"{part}: the tests fail where nothing is changed")
 
 
