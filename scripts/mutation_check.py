@@ -44,11 +44,13 @@ class Room:
         sources: files and folders below ``pamsim``.
         tests: files, folders and tests below ``tests``, with blanks between, quickest first.
         left_out: files of the folders that state no law.
+        own: longer ones, which run where they name the file, as those of a command do.
     """
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]
     left_out: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
 
 
 _PAGES = "unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_"
@@ -122,17 +124,18 @@ PARTS = {
     ),
     "report": Room(
         ("report",),
-        ("unit/report", "integration/test_results.py unit/fitting/test_fit_result.py"
-         " unit/identification/test_identify_result.py unit/diagnosis/by_link/test_result.py"
-         " unit/sweeps/test_sweep.py integration/test_check_command.py"
-         " integration/test_film_command.py"),
+        ("unit/report",),
+        own=("integration/test_results.py unit/fitting/test_fit_result.py"
+             " unit/identification/test_identify_result.py unit/diagnosis/by_link/test_result.py"
+             " unit/sweeps/test_sweep.py integration/test_check_command.py"
+             " integration/test_film_command.py",),
     ),
     "sweeps": Room(
         ("sweeps",),
         ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py unit/sweeps/test_sweep.py"
          " integration/test_command_line.py unit/sweeps/test_documented_sweep.py",),
     ),
-    "cli": Room(("cli",), (_OF_CLI, _LONGER)),
+    "cli": Room(("cli",), (_OF_CLI,), own=(_LONGER,)),
 }  # fmt: skip
 
 _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
@@ -151,8 +154,9 @@ _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
 }
 
 _STYLE = {
-    *("alpha", "fontsize", "height_ratios", "labelsize", "linespacing", "linestyle", "linewidth"),
-    *("linewidths", "markeredgewidth", "markersize", "size", "width_ratios", "zorder"),
+    *("alpha", "bbox_to_anchor", "fontsize", "framealpha", "height_ratios", "labelsize", "ncols"),
+    *("linespacing", "linestyle", "linewidth", "linewidths", "markeredgewidth", "markersize"),
+    *("nbins", "rotation", "shrink", "size", "subs", "width_ratios", "zorder"),
 }
 """Arguments that state how a figure looks, and no number in it."""
 
@@ -196,13 +200,17 @@ def _in_effect(tree: ast.Module) -> ast.Module:
             node.values = [
                 value
                 for key, value in zip(node.keys, node.values, strict=True)
-                if not (isinstance(key, ast.Constant) and key.value in _STYLE)
+                if not (isinstance(key, ast.Constant) and _is_style(key.value))
             ]
         if isinstance(node, ast.arg | ast.AnnAssign):
             node.annotation = None  # pyright: ignore[reportAttributeAccessIssue]
         if isinstance(node, ast.FunctionDef):
             node.returns = None
     return tree
+
+
+def _is_style(key: object) -> bool:
+    return isinstance(key, str) and key.rpartition(".")[2] in _STYLE
 
 
 def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, int, str]]:
@@ -242,12 +250,15 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
 def files_of(room: Room, module: str) -> list[str]:
     """Files and tests of a room, those that name a module, such as ``sweeps.job``, first."""
     named: dict[str, bool] = {}
-    for name in " ".join(room.tests).split():
+    always = " ".join(room.tests).split()
+    for name in (*always, *" ".join(room.own).split()):
         path = ROOT / "tests" / name
         for file in sorted(path.rglob("test_*.py")) if path.is_dir() else [path]:
             test = str(file.relative_to(ROOT))
             text = test + Path(ROOT, test.partition("::")[0]).read_text()
-            named[test] = module in text or f"/test_{module.rpartition('.')[2]}" in text
+            own = module in text or f"/test_{module.rpartition('.')[2]}" in text
+            if own or name in always:
+                named[test] = own
     return sorted(named, key=lambda test: not named[test])
 
 
