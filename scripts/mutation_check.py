@@ -19,6 +19,7 @@ from __future__ import annotations
 import ast
 import os
 import random
+import re
 import resource
 import shutil
 import subprocess
@@ -262,22 +263,33 @@ def files_of(room: Room, module: str) -> list[str]:
     return sorted(named, key=lambda test: not named[test])
 
 
-def passes(tests: list[str], copy: Path) -> bool:
-    """Whether tests pass in a copy of the repository."""
+def failing(tests: list[str], copy: Path) -> str | None:
+    """The first of the tests that fails in a copy of the repository; empty if they take too long.
+
+    It fails once more by itself, for one that waits for a process may fail on a busy machine.
+    """
     places = {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy.parent / "numba")}
     pytest = (sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider")
-    run = subprocess.run(
-        [*pytest, *tests],
-        cwd=copy,
-        env=os.environ | places,
-        capture_output=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
-    )
-    return run.returncode == 0
+    found = ""
+    while True:
+        run = subprocess.run(
+            [*pytest, *([found] if found else tests)],
+            cwd=copy,
+            env=os.environ | places,
+            capture_output=True,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+        )
+        if run.returncode == 0:
+            return None
+        named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", run.stdout, re.MULTILINE)
+        if found or not named:
+            return found
+        found = named[1]
 
 
-def caught(mutation: Mutation, room: Room, copy: Path) -> bool:
-    """Whether a test fails once the line is changed in a copy, which is put right again."""
+def caught(mutation: Mutation, room: Room, copy: Path) -> str | None:
+    """`failing` once the line is changed in a copy, which is put right again."""
     path = copy / mutation.file
     original = path.read_text()
     lines = original.splitlines(keepends=True)
@@ -285,7 +297,7 @@ def caught(mutation: Mutation, room: Room, copy: Path) -> bool:
     path.write_text("".join(lines))
     module = ".".join(Path(mutation.file).with_suffix("").parts[-2:])
     try:
-        return not passes(files_of(room, module), copy)
+        return failing(files_of(room, module), copy)
     finally:
         path.write_text(original)
 
@@ -331,12 +343,13 @@ def check(part: str, count: int, seed: int, copy: Path, result: dict[str, Any]) 
     for mutation in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
         found = caught(mutation, room, copy)
         result["tried"] += 1
-        result["caught"] += found
-        if not found:
+        result["caught"] += found is not None
+        if found is None:
             result["survivors"].append(asdict(mutation))
-            tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
+        by = "SURVIVED" if found is None else found or "takes too long"
+        tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}\n    {by}")
         yield
-    if not result["survivors"] and not passes(files_of(room, ""), copy):
+    if not result["survivors"] and failing(files_of(room, ""), copy) is not None:
         raise SystemExit(f"{part}: the tests fail where nothing is changed")
 
 
