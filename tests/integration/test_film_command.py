@@ -73,3 +73,21 @@ def test_what_cannot_be_shown_is_one_line_and_exit_2(recording, run, monkeypatch
         code, out, err = run(job, *given)
         assert (code, out, err.count("\n")) == (2, "", 1), err
         assert expected in err
+
+
+def test_a_window_opens_at_the_pressures_given_and_replays_in_real_time(
+    recording, run, monkeypatch
+):
+    live, replayed = [], []
+    monkeypatch.setattr(
+        "pamsim.scene.viewer.watch_live", lambda rig, start, **_: live.append(start)
+    )
+    monkeypatch.setattr(
+        "pamsim.scene.viewer.watch_replay", lambda replay, speed: replayed.append(speed)
+    )
+    for line in ("", "--pressure 100,50"):
+        assert run("view", *line.split())[0] == 0
+    assert live == [[200e3, 200e3], [100e3, 50e3]]
+    for line in ("", "--speed 0.5"):
+        assert run("view", recording, *line.split())[0] == 0
+    assert replayed == [1.0, 0.5]

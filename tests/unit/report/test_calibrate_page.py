@@ -160,6 +160,8 @@ def test_places_in_the_range_follow_its_scale():
 def test_correlations_without_a_number_stay_empty_and_profiles_have_the_unit_of_the_file():
     figure = correlations(PARAMETERS, CORRELATION)
     assert [text.get_text() for text in figure.axes[0].texts] == ["1.00"]
+    (image,) = figure.axes[0].images
+    assert image.to_rgba(0.0)[:3] == pytest.approx([0.97] * 3, abs=0.01)  # none is white
     profile = {"name": "force.e", "values": [6e-5, 8e-5, 1e-4], "rise": [4.0, 0.0, None],
                "threshold": 3.84, "sentence": "closed"}  # fmt: skip
     (ax,) = profile_curves([profile], {p["name"]: p for p in PARAMETERS}).axes

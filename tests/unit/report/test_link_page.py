@@ -114,6 +114,9 @@ def test_a_trial_is_drawn_with_both_simulations_and_what_each_misses():
     parts = [p for p in VERDICTS["named"].comparisons if p.trial == "swing_check_1"]
     figure = trial_channels(parts, NOISE)
     assert [ax.get_ylabel() for ax in figure.axes[::2]] == ["pressure 1 [kPa]", "angle [deg]"]
+    for ax in figure.axes[::2]:  # all in the unit of the axis
+        measured, *simulated = (np.mean(line.get_ydata()) for line in ax.lines)
+        assert simulated == pytest.approx([measured] * 2, abs=3.0)
     missed = {line.get_color(): np.mean(line.get_ydata()) for line in figure.axes[1].lines}
     assert missed[VERMILION] == pytest.approx(-2.0, abs=0.1)  # measured less simulated
     assert missed[BLUE] == pytest.approx(0.0, abs=0.1)

@@ -118,6 +118,8 @@ def test_sobol_indices_of_ishigami_s_function(ishigami):
         assert index.total == pytest.approx(all_, abs=0.05)
         assert index.first_interval95[0] < index.first < index.first_interval95[1]
         assert index.total_interval95[0] <= all_ + 0.05
+    # c acts by its interaction with a alone.
+    assert found["c"].first_interval95[1] < found["c"].total_interval95[0]
     assert found == sobol_indices("abc", {"y": y}, RUNS, 0)["y"]
 
 
