@@ -115,8 +115,8 @@ def test_a_trial_is_drawn_with_both_simulations_and_what_each_misses():
     figure = trial_channels(parts, NOISE)
     assert [ax.get_ylabel() for ax in figure.axes[::2]] == ["pressure 1 [kPa]", "angle [deg]"]
     for ax in figure.axes[::2]:  # all in the unit of the axis
-        measured, *simulated = (np.mean(line.get_ydata()) for line in ax.lines)
-        assert simulated == pytest.approx([measured] * 2, abs=3.0)
+        measured, *simulated = (np.std(line.get_ydata()) for line in ax.lines)
+        assert simulated == pytest.approx([measured] * 2, rel=0.1)
     missed = {line.get_color(): np.mean(line.get_ydata()) for line in figure.axes[1].lines}
     assert missed[VERMILION] == pytest.approx(-2.0, abs=0.1)  # measured less simulated
     assert missed[BLUE] == pytest.approx(0.0, abs=0.1)
