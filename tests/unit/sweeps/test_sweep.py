@@ -205,6 +205,14 @@ def test_a_calibration_finds_the_damping_that_each_run_plants(tmp_path):
     assert (columns["seconds"] > 0.0).all()
 
 
+def test_bounds_of_a_study_hold_what_is_calibrated(tmp_path):
+    bounds = {"joint.shaft.damping": [0.32, 0.6]}
+    vary = {"joint.shaft.damping": {"values": [0.3]}, "seed": {"values": [5]}}
+    experiment = {**CALIBRATE["experiment"], "bounds": bounds}
+    columns = sweep({**CALIBRATE, "experiment": experiment, "vary": vary}, out=tmp_path).columns()
+    assert columns["found.joint.shaft.damping"] == pytest.approx([0.32], rel=0.01)
+
+
 def test_a_diagnosis_names_the_leak_that_is_there_and_none_that_is_not(tmp_path):
     found = sweep(DIAGNOSE, out=tmp_path)
     columns = found.columns()
