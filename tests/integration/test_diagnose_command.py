@@ -1,6 +1,7 @@
 """``pamsim diagnose``: what is hidden is named by the command, repaired, and then gone."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -220,3 +221,18 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         pamsim.diagnose("mas20", seed=-1)
     with pytest.raises(InputError, match="locking is 0, of which no share"):
         pamsim.diagnose("mas20", nuisance=["pulley radius", "passive.locking"])
+
+
+def test_the_film_is_of_the_trial_with_the_largest_gap_alone(tmp_path, monkeypatch, run):
+    filmed = []
+
+    def film(path, scene, parts, **_):
+        path.write_bytes(b"GIF89a")
+        filmed.append({part.trial for part in parts})
+
+    monkeypatch.setattr("pamsim.report.film.film_gap", film)
+    parts = [replace(part, protocol=part.trial) for part in VERDICTS["named"].comparisons]
+    report = replace(VERDICTS["named"], comparisons=tuple(parts))
+    monkeypatch.setattr("pamsim.diagnosis.diagnose.diagnose", lambda *_, **__: report)
+    assert run("a", "b", "--rig", "mas20_arm", "--film", "--out", tmp_path / "out")[0] == 0
+    assert filmed == [{"swing_check_2"}]
