@@ -11,6 +11,7 @@ from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
+from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
@@ -135,3 +136,20 @@ def test_the_demo_makes_the_trials_that_it_states(run, tmp_path, monkeypatch):
     index = tomllib.loads((tmp_path / "recording" / "recording.toml").read_text("utf-8"))
     assert f"in {len(index['trial'])} trials" in out
     assert f"{len(index['trial'])} trials of 2 s" in " ".join(run("demo", "--help")[1].split())
+
+
+def test_the_demo_s_page_has_its_film_unless_none_is_wanted(run, tmp_path, monkeypatch):
+    def refused(*_, **__):
+        raise InputError("no screen")
+
+    monkeypatch.setattr(pamsim, "diagnose", lambda *_, **__: VERDICTS["named"])
+    monkeypatch.setattr(
+        "pamsim.report.film.film_gap", lambda path, *_, **__: path.write_bytes(b"GIF89a")
+    )
+    monkeypatch.setattr("pamsim.scene.picture.picture_rest", refused)
+    for choice, films in (("--film", 1), ("--no-film", 0)):
+        _, printed, err = run("demo", choice, "--no-open", "--out", tmp_path / choice)
+        assert "hidden was coulomb_friction" in printed
+        assert (printed + err).count("no picture: no screen") == films
+        page = (tmp_path / choice / "index.html").read_text("utf-8")
+        assert page.count("data:image/gif;base64,R0lG") == films
