@@ -13,7 +13,7 @@ the filtered powers of a second- and third-order Volterra series.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
@@ -28,7 +28,8 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import SignalRecord, checked_records
-from pamsim.identification.separable import column_scale, linearise, triangular_factor
+from pamsim.identification.separable import column_scale, linearise
+from pamsim.identification.triangular import triangular_factor
 from pamsim.inference.trial_noise import WHITE
 
 _f_tail: Any = scipy.special.fdtrc
@@ -41,6 +42,10 @@ _NONLINEAR = 0.01  # p-value below which powers of input and output explain part
 _POWERS = (2, 3)  # the first two terms of a weak nonlinearity
 _LAGS = 20  # of each input: some in every decade from a sample to the longest
 _SETTLED = 3.0  # slowest time constants that the lags reach back
+_BLOCK = 8192  # rows of regressors at once: thirty columns of them stay in a processor's cache
+
+Rows = Callable[[int, int], FloatArray]
+"""First row and the one after the last -> regressors of a trial there, ``(rows, columns)``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,15 +122,7 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
             sentence="the model reproduces the records to rounding: nothing is left to explain",
         )
     spread = np.geomspace(min(r.sample_time for r in trials), longest, _LAGS)
-    added: list[FloatArray] = []
-    for record in trials:
-        given = record.inputs - record.inputs[0]
-        steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
-        # As many columns of every trial.
-        steps = np.pad(steps, (1, _LAGS - steps.size), constant_values=(0, steps[-1]))
-        rest = np.zeros_like(given)
-        added.append(np.hstack([np.vstack([rest[:k], given[: len(given) - k]]) for k in steps]))
-    left = _unexplained(fit, trials, added)
+    left = _unexplained(fit, trials, [_lagged_inputs(record, spread) for record in trials])
     gains = fit.structure.static_gains(fit.coordinates)
     present, past = np.split(left.columns, [gains.size], axis=1)
     explained: Any = np.linalg.lstsq(past, left.residual, rcond=None)[0]
@@ -143,6 +140,17 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
     return Independence(
         **vars(test), longest_lag=longest, independent=independent, sentence=sentence
     )
+
+
+def _lagged_inputs(record: SignalRecord, spread: FloatArray) -> Rows:
+    """The inputs, then those so much earlier [s]; before the trial they were what they began as."""
+    steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
+    # As many columns of every trial.
+    steps = np.pad(steps, (1, _LAGS - steps.size), constant_values=(0, steps[-1]))
+    longest = int(steps[-1])
+    given = np.pad(record.inputs - record.inputs[0], ((longest, 0), (0, 0)))
+    firsts = (longest - steps).tolist()
+    return lambda begin, end: np.hstack([given[begin + k : end + k] for k in firsts])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,20 +171,30 @@ class _Unexplained:
 
 
 def _unexplained(
-    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
+    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[Rows]
 ) -> _Unexplained:
     x, theta = np.split(fit.coordinates, [fit.structure.searched])
     # ARX assumes a white equation error: whitening it would test another model.
     noise = WHITE if fit.structure.kind == "arx" else fit.noise
     line = linearise(fit.structure.problem(records), x, theta, noise)
     factors: list[FloatArray] = []
-    for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
+    for i, (record, rows, residual) in enumerate(zip(records, added, line.residuals, strict=True)):
         # ARX has no equations for its first samples.
-        used = line.noise.whiten(columns[columns.shape[0] - residual.size :], i)
-        ones = line.noise.whiten(np.ones((residual.size, 1)), i)
-        ones /= np.linalg.norm(ones)
-        table = [line.jacobians[i], used - ones @ (ones.T @ used), residual]
-        factors.append(triangular_factor(np.column_stack(table)))
+        first, each = record.output.size - residual.size, []
+        for begin in range(0, residual.size, _BLOCK):
+            end = min(begin + _BLOCK, residual.size)
+            before = min(line.noise.reach(i), begin)
+            columns = rows(first + begin - before, first + end)
+            columns = np.column_stack([np.ones(len(columns)), columns])
+            ones, used = np.split(line.noise.whiten(columns, i)[before:], [1], axis=1)
+            here = slice(begin, end)
+            each.append(
+                triangular_factor(
+                    np.column_stack([ones, line.jacobians[i][here], used, residual[here]])
+                )
+            )
+        # Without its first row and column: what is left of the columns beside an offset.
+        factors.append(triangular_factor(np.concatenate(each))[1:, 1:])
     # The triangular factor holds all inner products, in a few rows.
     triangle = triangular_factor(np.concatenate(factors))
     count = line.jacobians[0].shape[1]
@@ -220,7 +238,8 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
     """
     moves = np.any([np.ptp(record.inputs, axis=0) > 0.0 for record in records], axis=0)
     moving = np.flatnonzero(moves).tolist()
-    added = [_powers(fit, record, moving) for record in records]
+    powers = [_powers(fit, record, moving) for record in records]
+    added = [lambda begin, end, own=own: own[begin:end] for own in powers]
     return _explains(_unexplained(fit, records, added))
 
 

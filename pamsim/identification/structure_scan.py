@@ -274,12 +274,12 @@ def rough_fit(
 ) -> RoughFit:
     """Fit one structure until little is gained, from starts of shape ``(searched,)``."""
     problem = structure.problem(records)
-    found = rough_minimum(problem, starts)
+    found, residual = rough_minimum(problem, starts)
     lower = np.append(problem.lower[: structure.order], np.zeros(len(structure.delayed)))
     if np.any(found.x < lower):
         # No full fit keeps a dead time below 0: none may win the scan by one.
-        found = rough_minimum(replace(problem, lower=lower), [np.maximum(found.x, lower)])
-    residual = problem.linear_part(found.x).residual
+        start = np.maximum(found.x, lower)
+        found, residual = rough_minimum(replace(problem, lower=lower), [start])
     samples = np.cumsum([record.output.size for record in records])
     moves = sum(float(np.var(record.output)) * record.output.size for record in records)
     return RoughFit(

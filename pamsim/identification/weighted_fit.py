@@ -25,8 +25,8 @@ from pamsim.identification.separable import (
     Solution,
     linearise,
     minimise,
-    triangular_factor,
 )
+from pamsim.identification.triangular import triangular_factor
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 

@@ -46,6 +46,10 @@ class TrialNoise:
     def _different(self) -> tuple[ArNoise, ...]:
         return tuple(dict.fromkeys(self.models))
 
+    def reach(self, trial: int) -> int:
+        """How many rows back a row of a trial that is whitened depends on."""
+        return self.models[trial].order if self.models else 0
+
     def whiten(self, values: FloatArray, trial: int) -> FloatArray:
         """Turn the noise of a trial into white noise, of the same variance in all trials.
 

@@ -6,8 +6,8 @@ import pytest
 from pamsim.identification import long_records
 from pamsim.identification.long_records import growing_parts
 from pamsim.identification.records import SignalRecord
-from pamsim.identification.separable import triangular_factor
 from pamsim.identification.structure_scan import scan_structures
+from pamsim.identification.triangular import triangular_factor
 from tests.unit.identification.planted import fit_continuous, fit_oe, record
 
 
