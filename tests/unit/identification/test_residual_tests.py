@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
+from pamsim.identification import residual_tests
 from pamsim.identification.records import SignalRecord
-from pamsim.identification.residual_tests import residual_independence
+from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
 from tests.unit.identification.planted import fit_arx, fit_continuous, fit_oe, record, refuses
 
 
@@ -48,6 +49,18 @@ def test_discrete_models_are_tested_too():
     poor = residual_independence(fit_arx(given, na=1, nb=1, nk=1), given)
     assert not poor.independent
     json.dumps(to_dict(poor), allow_nan=False)
+
+
+def test_tests_of_blocks_of_rows_are_those_of_all_rows(monkeypatch):
+    """Under coloured noise a row depends on rows of the block before; ARX begins later."""
+    given = [record(seed, noise=0.2, phi=0.9, n=n) for seed, n in ((27, 300), (28, 410))]
+    lag, arx = fit_continuous(given, order=1), fit_arx(given, na=2, nb=1, nk=1)
+    tests = (residual_independence, lag), (residual_nonlinearity, lag), (residual_independence, arx)
+    found = []
+    for rows in (1000, 64):
+        monkeypatch.setattr(residual_tests, "_BLOCK", rows)
+        found.append([test(fit, given).statistic for test, fit in tests])
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
 
 
 def test_what_is_perfect_leaves_nothing_to_explain_and_only_fitted_trials_can_be_asked():
