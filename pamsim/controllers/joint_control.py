@@ -167,7 +167,8 @@ class JointControl:
         """
         if len(first.joints) != len(self.laws):
             raise InputError(
-                f"this control is for {len(self.laws)} joints, the rig has {len(first.joints)}"
+                f"this control is for {len(self.laws)} joints, the rig has {len(first.joints)};"
+                " make one with JointControl.for_rig(rig)"
             )
         return (PidMemory(),) * len(self.laws)
 

@@ -52,17 +52,18 @@ class ActionKind:
         wanted = (shape[0], shape[1] * len(self.quantities))
         given = as_array(action)
         if given.shape != wanted or given.dtype.kind not in "fiub":
+            shown = given.shape[1:] if shape[0] == 1 and given.ndim > 1 else given.shape
             raise InputError(
-                f"actions of shape {given.shape} and type {given.dtype}: this environment takes"
+                f"actions of shape {shown} and type {given.dtype}: this environment takes"
                 f" {wanted[1]} numbers" + (f" for each of {wanted[0]} rigs" * (wanted[0] > 1))
             )
         command = np.empty(shape)
         wrong = _fill(given, self.command == "pressure_set", 0.5 * supply, command)
         if wrong >= 0:
-            instead = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
+            instead = "a number in [-1, 1], to which larger ones are clipped"
             raise InputError(
-                f"action {given.flat[wrong]} at place {wrong % wanted[1]} is no action:"
-                f" {'an on/off valve takes 0 or 1' if self.on_off else instead}"
+                f"action[{wrong % wanted[1]}] = {given.flat[wrong]}; give"
+                f" {'0 or 1 for an on/off valve' if self.on_off else instead}"
             )
         return command
 

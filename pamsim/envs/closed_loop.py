@@ -100,8 +100,8 @@ def run_episode(
     limited = any(isinstance(one, gymnasium.wrappers.TimeLimit) for one in _wrappers(env))
     if not isinstance(rigs, Rigs) or not isinstance(plant := rigs.plant, OneRig) or not limited:
         raise InputError(
-            "give the environment as gymnasium.make makes it, with max_episode_steps from 1 on, not"
-            " unwrapped"
+            "give the environment as gymnasium.make makes it: not unwrapped, and with"
+            " max_episode_steps of 1 or more"
         )
     if controller.command != rigs.kind.command:
         raise InputError(

@@ -129,6 +129,11 @@ class Episodes:
         self._noises = len(rig.joints) + len(rig.muscles)
         self.columns = NOISE * len(rig.joints) + self._noises
         self._random = random_parameters(rig) if settings.randomize else {}
+        if settings.randomize and not self._random:
+            raise InputError(
+                f"randomize: rig {rig.name!r} states no 95 % interval to draw from; add interval95"
+                " to numbers in its params.toml, or take the rig that `pamsim calibrate` writes"
+            )
         self._fixed = fixed_tendons(rig.model) is not None
         self._data = mujoco.MjData(rig.model)
         # Many episodes have the same one.

@@ -29,7 +29,7 @@ from pamsim.envs.settings import EnvSettings, check_supply
 from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view
 
-_STATE = ("_drawn", "_sampling", "_table", "_full", "_terms", "sample", "true", "observation")
+_STATE = ("drawn", "_sampling", "_table", "_full", "_terms", "sample", "true", "observation")
 """What changes from step to step besides the plant."""
 
 
@@ -50,6 +50,7 @@ class Rigs:
         signals: names and scales of observations.
         actions: names of actions.
         gauges: of the muscles, with their parameters in the running episodes.
+        drawn: number of a rig -> its running episode, with its load and parameters.
         sample: (n,) steps of the running episodes.
         observation: (n, o) readings and the references of the next sample; not changed afterwards.
         true: (n, j + m) positions [rad or m] and pressures [Pa] behind it.
@@ -113,7 +114,7 @@ class Rigs:
         places, self._dofs = rig.position_addresses, rig.velocity_addresses
         beside = slice(places[0], places[0] + len(places))
         self._positions = beside if (np.diff(places) == 1).all() else places
-        self._drawn: dict[int, Episode] = {}
+        self.drawn: dict[int, Episode] = {}
         self._full = False  # whether a table is at its last row but one
         # Rows of the episodes; more of them once one goes on.
         self._table = np.zeros((count, EPISODE + 1, self._episodes.columns))
@@ -144,7 +145,7 @@ class Rigs:
         """Give some rigs an episode, from rest or in a state."""
         rests = {at: self._episodes.rest(episode) for at, episode in drawn.items()}
         self.plant.put({at: (rig.model, states.get(at, rest)) for at, (rig, rest) in rests.items()})
-        self._drawn.update(drawn)
+        self.drawn.update(drawn)
         for at, (rig, _) in rests.items():
             self.gauges.set_parameters(at, rig.model)
             self._views.pop(at, None)
@@ -164,7 +165,7 @@ class Rigs:
             EngineError: if the environment is closed.
             InvariantError: while `pamsim.checks` is on, if a state cannot be.
         """
-        if len(self._drawn) < len(self._all):
+        if len(self.drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
         shape = len(self._all), self._muscles
         command = self.kind.commands(action, shape, self.top_pressure)
@@ -172,7 +173,7 @@ class Rigs:
             raise EngineError("this environment is closed; make a new one")
         rows = self._table.shape[1]
         if self._full and self.sample.max() + 1 >= rows:
-            more = [self._episodes.table(self._drawn[at], 2 * rows) for at in range(len(self._all))]
+            more = [self._episodes.table(self.drawn[at], 2 * rows) for at in range(len(self._all))]
             self._table = np.array(more)
         if self.settings.may_ask("disturbance"):
             self.plant.push(self._asked(TORQUE), self._dofs)
@@ -201,8 +202,8 @@ class Rigs:
         reward = np.array(own(self.information()), dtype=float)
         if reward.shape != broken.shape or not np.isfinite(reward[~broken]).all():
             raise InputError(
-                f"the reward function gives shape {reward.shape}, or what is not finite; give a"
-                f" number for each of {len(broken)} rigs"
+                f"the reward function returns shape {reward.shape} or a number that is not finite;"
+                f" return shape {broken.shape}, a finite number for each rig"
             )
         reward[broken] = BREAKDOWN
         return reward
@@ -266,14 +267,14 @@ class Rigs:
     def __getstate__(self) -> dict[str, Any]:
         """How they were made, and all that the next steps depend on."""
         kept = {name: getattr(self, name) for name in _STATE}
-        states = {at: self.plant.state(at) for at in self._drawn}
+        states = {at: self.plant.state(at) for at in self.drawn}
         return {"made": self._made, "states": states, **kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the rigs again and continue their episodes."""
         Rigs.__init__(self, *state["made"])
-        if state["_drawn"]:
-            self._put(state["_drawn"], state["states"])
+        if state["drawn"]:
+            self._put(state["drawn"], state["states"])
         vars(self).update({name: state[name] for name in _STATE})
 
 

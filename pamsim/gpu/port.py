@@ -50,6 +50,20 @@ def mujoco_warp() -> Any:
     return package
 
 
+def find_device(name: str | None) -> Any:
+    """A device of Warp, by name; its own choice for None.
+
+    Raises:
+        InputError: if Warp is not installed, or finds no such device.
+    """
+    wp = warp()
+    try:
+        return wp.get_device(name)
+    except (RuntimeError, ValueError):
+        known = ", ".join(device.alias for device in wp.get_devices())
+        raise InputError(f"no device {name!r}; Warp finds: {known}") from None
+
+
 @contextmanager
 def _installed() -> Generator[None]:
     try:

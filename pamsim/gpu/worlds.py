@@ -18,7 +18,7 @@ from pamsim.engine.simulate import Signals
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
 from pamsim.gpu.muscle_kernels import launch, muscle_kernels
-from pamsim.gpu.port import mujoco_warp, port, warp
+from pamsim.gpu.port import find_device, mujoco_warp, port, warp
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.pleated import PleatedShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
@@ -70,8 +70,8 @@ class Worlds:
         device: name of Warp's, such as ``cuda:0`` or ``cpu``; its own choice if left out.
 
     Raises:
-        InputError: if Warp is not installed, the precision unknown, or the rig has a law or an
-            integrator that has no counterpart on a GPU or in that precision.
+        InputError: if Warp is not installed, device or precision unknown, or the rig has a law or
+            an integrator that has no counterpart on a GPU or in that precision.
         EngineError: if the integrator would break the muscles' memory.
     """
 
@@ -90,7 +90,7 @@ class Worlds:
         _check_laws(model.actuator_user, precision)
         wp, mjw = warp(), mujoco_warp()
         self.count, self._wp, self._mjw = count, wp, mjw
-        self._device, self._kernels = wp.get_device(device), muscle_kernels(precision)
+        self._device, self._kernels = find_device(device), muscle_kernels(precision)
         self._precision, self._scratch, self._base = precision, mujoco.MjData(model), model
         bare, scalar, timestep = engine_model(rig, model), port(precision).scalar, self.timestep
         self._shape = each = count, model.nactuator

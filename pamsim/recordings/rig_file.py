@@ -136,6 +136,10 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
         return folder.absolute() if str(folder) in names else folder
     if shipped is not None:
         return shipped
+    if folder.suffix == ".xml":
+        raise InputError(
+            f"{name}: an MJCF alone is no rig; `pamsim new-rig NAME --mjcf {name}` makes one of it"
+        )
     raise InputError(
         f"no rig {name!r}: it is neither a folder with params.toml nor a shipped rig;"
         f" {nearest(name, names)}"

@@ -24,7 +24,6 @@ OPTIONS = {
     "task": "disturbance",
     "delay": 0.013,
     "angle_noise": 1e-3,
-    "randomize": True,
     "load": (0.0, 1.0),
     "max_episode_steps": 12,
 }
@@ -39,14 +38,14 @@ def opened(count=None, **options):
 
 
 BAD = {
-    "nan": ("pressure_set", [np.nan, 0.0], "place 0"),
-    "infinite": ("valve", [0.0, np.inf], "place 1"),
+    "nan": ("pressure_set", [np.nan, 0.0], "action[0]"),
+    "infinite": ("valve", [0.0, np.inf], "action[1]"),
     "one": ("pressure_set", [0.0], "2 numbers"),
     "three": ("pressure_set", [0.0, 0.0, 0.0], "2 numbers"),
     "words": ("pressure_set", ["open", "shut"], "2 numbers"),
     "ragged": ("pressure_set", [[0.0], [0.0, 1.0]], "2 numbers"),
     "twice on": ("on_off", [0, 2, 0, 0], "0 or 1"),
-    "negative": ("on_off", [0, 0, 0, -1], "place 3"),
+    "negative": ("on_off", [0, 0, 0, -1], "action[3]"),
     "infinitely on": ("on_off", [0.0, 0.0, np.inf, 0.0], "0 or 1"),
     "half": ("on_off", [0.5, 0.0, 0.0, 0.0], "0 or 1"),
 }

@@ -43,7 +43,7 @@ VARIANTS = (
     {"task": "step", "angle_noise": 1e-3, "pressure_noise": 500.0},
     {"task": "disturbance", "delay": 0.0035, "instruments": True},
     {"task": "stiffness", "randomize": True, "load": (0.0, 2.0)},
-    {"task": "disturbance", "rig": "two_joint_arm", "randomize": True, "load": (0.0, 1.0)},
+    {"task": "disturbance", "rig": "two_joint_arm", "load": (0.0, 1.0)},
     {"task": "stiffness", "rig": "two_joint_arm", "delay": 0.013, "pressure_noise": 500.0},
 )
 

@@ -178,6 +178,8 @@ def test_what_does_not_run_is_refused(monkeypatch):
             simulate_worlds(jobs, device="cpu", threads=1, **options)
     assert simulate_worlds([]) == []
     model = prepare(RIG, step()).model
+    with pytest.raises(InputError, match=r"no device 'gpu'; Warp finds: cpu"):
+        Worlds(RIG, model, 2, device="gpu")
     with pytest.raises(InputError, match="world 0 has no state"):
         Worlds(RIG, model, 2, device="cpu").step(np.zeros((2, 2)))
     monkeypatch.setitem(sys.modules, "warp", None)

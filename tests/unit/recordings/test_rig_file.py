@@ -177,6 +177,8 @@ def test_a_missing_or_flat_table_is_asked_for(toy, tmp_path):
 def test_a_rig_is_found_by_name_and_by_folder():
     with refused("'mas20_arms'", "did you mean 'mas20_arm'"):
         find_rig("mas20_arms")
+    with refused("arm.xml: an MJCF alone is no rig", "--mjcf arm.xml"):
+        find_rig("arm.xml")
     folder = shipped_rigs() / "mas20_arm"
     assert find_rig("mas20_arm") == find_rig(folder) == folder
 
