@@ -81,6 +81,7 @@ class SweepResult:
         factors: name -> unit; empty where values are text, such as names of rigs.
         runs: in the table.
         failed: of these, with another outcome than ``completed``.
+        first_failure: message of the first of them; empty if none failed.
         kept: that a run before had finished.
         outputs: name -> summary.
         rank_correlations: output -> factor -> Spearman's correlation.
@@ -93,6 +94,7 @@ class SweepResult:
     factors: Mapping[str, str]
     runs: int
     failed: int
+    first_failure: str
     kept: int
     outputs: Mapping[str, OutputSummary]
     rank_correlations: Mapping[str, Mapping[str, float]]
@@ -108,10 +110,11 @@ class SweepResult:
 
     def summary(self) -> str:
         """What came out, and which factors matter most for it."""
-        lines = [f"{self.runs} runs, {self.failed} of them failed"]
+        why = f"; the first: {self.first_failure}" if self.failed else ""
+        lines = [f"{self.runs} runs, {self.failed} of them failed{why}"]
         for name, one in self.outputs.items():
             if not one.runs:
-                lines.append(f"{name}: in no run")
+                lines.append(f"{name}: missing in all runs")
                 continue
             unit = "" if one.unit == "1" else f" {one.unit}"
             text = f"{name}: {one.low:.4g} to {one.high:.4g}{unit}, median {one.median:.4g}"
@@ -148,6 +151,7 @@ class SweepResult:
 def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepResult:
     """Sum up the finished table of a sweep, of which some runs were kept from before."""
     columns = read_arrays(table)
+    failures = columns["message"][columns["outcome"] != _COMPLETED].tolist()
     numbers = {name: unit for name, unit in plan.job.columns.items() if unit != "text"}
     outputs = {name: columns[name].astype(float) for name in numbers}
     numeric = [f.name for f in plan.factors if plan.units[f.name]]
@@ -159,7 +163,8 @@ def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepRe
         study=plan.stated,
         factors=plan.units,
         runs=len(plan.runs),
-        failed=int(np.sum(columns["outcome"] != _COMPLETED)),
+        failed=len(failures),
+        first_failure=failures[0] if failures else "",
         kept=kept,
         outputs={name: _summed(outputs[name], unit) for name, unit in numbers.items()},
         rank_correlations=rank_correlations(factors, outputs),

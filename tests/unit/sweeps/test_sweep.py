@@ -162,6 +162,7 @@ def test_a_run_that_is_refused_has_a_row_and_stops_no_other(tmp_path):
     assert "100000 kPa" in columns["message"][2] or "supply" in columns["message"][2]
     assert np.isfinite(columns["final_deg"]).tolist() == [True, False, False]
     assert result.failed == 2
+    assert f"2 of them failed; the first: {columns['message'][1]}\n" in result.summary()
     assert result.to_dict()["outputs"]["final_deg"]["runs"] == 1
     vary = {**CALIBRATE["vary"], "repeats": {"values": [0, 2.5]}}
     vary["joint.shaft.damping"] = {"values": [0.3]}
