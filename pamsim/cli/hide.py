@@ -77,7 +77,9 @@ def record(
         raise click.UsageError(f"{effects} has an effect twice; give it once, with its --size")
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
-        raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
+        raise click.UsageError(
+            f"{len(sizes)} sizes for {len(names)} effects; give one or {len(names)}"
+        )
     if 0.0 in sizes:
         raise click.UsageError("a --size of 0 hides nothing; for a recording of nothing hide none")
     with progress_bar("trial") as progress:

@@ -263,7 +263,10 @@ class _Load(Quantity):
 
         mass = super().convert(value, param, ctx)
         if mass > HEAVIEST_LOAD:
-            raise InputError(f"--load {mass:,g} kg is no load for an arm; of grams write {mass:g}g")
+            raise InputError(
+                f"--load {mass:,g} kg is above {HEAVIEST_LOAD:g} kg; if it is in grams, write"
+                f" {mass:g}g"
+            )
         return mass
 
 

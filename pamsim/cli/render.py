@@ -90,8 +90,8 @@ def command(
             film_trial(picture, replay, progress=progress, **look)
     elif time is None:
         raise InputError(
-            f"{picture}: which instant of the recording? give --time, or write a film as .gif"
-            " or .mp4"
+            f"{picture}: a picture shows one instant of the recording; give --time, or write a"
+            " film as .gif or .mp4"
         )
     else:
         picture_instant(picture, replay, time=time, **look)

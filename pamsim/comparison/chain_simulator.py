@@ -78,7 +78,10 @@ class ChainSimulator:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
         if not any(divided(rig, trial) for trial in trials):
-            raise InputError("no link can be compared: nothing is measured that drives nothing")
+            raise InputError(
+                "no link can be compared: nothing is measured besides inputs of the simulation;"
+                " record the angle, pressures or forces as well"
+            )
         own, self._of_repeats = _of_trials(rig, trials, divided, threads)
         if not own:
             raise InputError(

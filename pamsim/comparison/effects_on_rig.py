@@ -32,7 +32,7 @@ def rig_name(rig: Rig, name: str) -> str:
     if JOINT in name:
         if len(rig.joints) > 1:
             each = " or ".join(f"'EFFECT{AT}{joint}'" for joint in rig.joints)
-            raise InputError(f"at which joint of rig {rig.name!r} does it act? Write {each}")
+            raise InputError(f"rig {rig.name!r} has several joints: write {each}")
         name = name.replace(JOINT, rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
@@ -43,7 +43,7 @@ def rig_name(rig: Rig, name: str) -> str:
         name = name.replace(TILTED, tilted[0])
     if SECOND_MUSCLE in name:
         if len(rig.muscles) < 2:
-            raise InputError(f"{rig.name} has a single muscle")
+            raise InputError(f"rig {rig.name!r} has a single muscle; this effect needs two")
         name = name.replace(SECOND_MUSCLE, list(rig.muscles)[1])
     return name
 

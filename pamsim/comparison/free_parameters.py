@@ -242,8 +242,8 @@ def _range(rig: Rig, parameter: RigParameter, limits: Bounds | None) -> tuple[fl
     if value == 0.0:
         if ParameterName.parse(parameter.name).owner == "native":
             raise InputError(
-                f"{parameter.name} is 0, which does not show its size: give its range"
-                f" with `bounds` [{spec.unit}]"
+                f"{parameter.name} is 0 in the rig, from which no range can be guessed; give"
+                f" one with `bounds` [{spec.unit}]"
             )
         return spec.low, spec.high, "whole allowed range, because it is 0"
     if spec.low >= 0.0:

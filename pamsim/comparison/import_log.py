@@ -208,8 +208,8 @@ def import_log(
             )
         if not clock and wraps:
             raise InputError(
-                f"{_paths(logs)[0]}: `wraps` {wraps} is of a clock, and by `rate` its rows have"
-                " none; name the clock, such as `columns` time=t:s, or leave `wraps` out"
+                f"{_paths(logs)[0]}: `wraps` {wraps} needs a clock, and `rate` replaces it; name"
+                " the clock, such as `columns` time=t:s, or leave `wraps` out"
             )
         kind = _drive(drive, loaded, [one.quantity for one in guesses], files[0])
         asked = {"rate": rate if clock else "", "period": period, "lead_in": lead_in}

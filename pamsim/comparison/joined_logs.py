@@ -133,8 +133,8 @@ def join_logs(
         found = _words(fit, shared)
     elif offset is None:
         raise InputError(
-            f"{beside}: nothing lays its clock beside that of {log}; name a signal that both have"
-            " recorded by `shared`, or state `offset`"
+            f"{beside}: the offset of its clock from that of {log} is unknown; name a signal that"
+            " both have recorded by `shared`, or state `offset`"
         )
     else:
         fit = ClockFit(offset=offset, offset_error=0.0)

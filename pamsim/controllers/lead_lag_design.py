@@ -106,8 +106,8 @@ def design_lead_lag(
     if not (stable and margin > phase_margin - _EXACT):
         raise InputError(
             f"crossing at {crossover:g} rad/s leaves a phase margin of {math.degrees(margin):.3g}"
-            f" deg at {crossed:.3g} rad/s and a gain margin of {gain_margin:.3g}: G2 swings too"
-            " much for this filter; move the crossover away from its resonance"
+            f" deg at {crossed:.3g} rad/s and a gain margin of {gain_margin:.3g}: the resonance"
+            " of G2 is too strong for this filter; move the crossover away from it"
         )
     numerator, denominator = (
         np.asarray(item[0][0], dtype=float) for item in (sampled.num, sampled.den)

@@ -175,9 +175,8 @@ def check(
     measured = read_calibration_data(sources)
     if not measured.trials or measured.tables:
         raise InputError(
-            "check takes folders of recordings, and of tables of angles at rest nothing can be"
-            " checked; a log over time becomes a recording by pamsim import LOG --rig RIG --out"
-            " data"
+            "check takes folders of recordings, not tables of angles at rest; pamsim import LOG"
+            " --rig RIG --out data makes a recording of a log over time"
         )
     loaded = given_or_recorded(rig, measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)

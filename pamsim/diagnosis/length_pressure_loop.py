@@ -95,8 +95,8 @@ def diagnose_length_loop(
     rows = LoopRows(loop, [own for own in LOOP_EFFECTS if own.effect.name in named])
     if not np.any(rows.apart):
         raise InputError(
-            f"{source}: rising and falling lengths are the same at every pressure; nothing opens"
-            " this loop, or its readings need more digits"
+            f"{source}: rising and falling lengths are the same at every pressure: there is no"
+            " hysteresis to explain, or the readings need more digits"
         )
     found = diagnose_rest(
         lambda variance, _: rows.simulator(variance),

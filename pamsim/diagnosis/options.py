@@ -27,7 +27,7 @@ def usual_nuisance(rig: Rig) -> tuple[str, ...]:
 
 
 def refuse_zero(nuisance: Mapping[str, float]) -> None:
-    """Refuse nuisance parameters, name -> value [SI], of which no share can vary.
+    """Refuse nuisance parameters, name -> value [SI], that are 0: they vary by a factor.
 
     Raises:
         InputError: for the first that is 0.
@@ -35,8 +35,8 @@ def refuse_zero(nuisance: Mapping[str, float]) -> None:
     for name, value in nuisance.items():
         if value == 0.0:
             raise InputError(
-                f"`nuisance` {name} is 0, of which no share can vary; leave it out, or state a"
-                " value in params.toml"
+                f"`nuisance` {name} is 0, so that a relative change has no effect; leave it out,"
+                " or state another value in params.toml"
             )
 
 

@@ -99,7 +99,8 @@ def fit(
         section = branch_section(fits, table, nominal_length)
     elif hold_out not in (None, "none"):
         raise InputError(
-            f"`hold_out` {hold_out}: force-displacement loops have none to hold out; use none"
+            f"`hold_out` {hold_out}: of force-displacement loops nothing can be held out; leave"
+            " `hold_out` out"
         )
     else:
         element, loops = fit_maxwell(table, held=held)

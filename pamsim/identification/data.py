@@ -167,7 +167,8 @@ def split_tables(
         kept = table.time.size - round(share * table.time.size)
         if not 0 < kept < table.time.size:
             raise InputError(
-                f"`hold_out` = {share:g} leaves no row of trial {table.name!r} on one side"
+                f"`hold_out` = {share:g} leaves no row of trial {table.name!r} to"
+                f" {'fit' if kept < 1 else 'hold out'}; give another share"
             )
         to_fit.append(table.rows(table.name, slice(0, kept)))
         to_test.append(table.rows(f"{table.name}_end", slice(kept, None)))

@@ -204,7 +204,7 @@ def default_input(tables: Sequence[SignalTable]) -> str:
         return "-".join(named)
     if len(have) == 1:
         raise InputError(
-            f"no column but {have[0]}: a model needs an input; record the command or the pressures"
+            f"the only column is {have[0]}; a model needs an input: record commands or pressures"
         )
     raise InputError(
         f"no column is known as the command: give `input`, a column or a difference as in p1-p2,"

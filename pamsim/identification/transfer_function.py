@@ -220,8 +220,8 @@ def sampled_plants(
             )
     if len(plants) < count:
         raise InputError(
-            f"{len(plants)} of {_MOST_DRAWS * count} draws are as stable as the fit: its poles are"
-            " too uncertain, lower the order or record longer"
+            f"only {len(plants)} of {_MOST_DRAWS * count} draws are as stable as the fit,"
+            " because its poles are too uncertain; lower the order or record longer"
         )
     return plants
 

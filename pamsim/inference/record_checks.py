@@ -89,8 +89,8 @@ def usual_size(samples: FloatArray, name: str) -> None:
     size = float(np.max(np.abs(samples)))
     if size and not SMALLEST <= size <= LARGEST:
         raise InputError(
-            f"{name} of {size:g} at most: sums of its squares are no numbers; give it in another"
-            " unit"
+            f"{name} reaches {size:g}, whose powers are too large or too small to compute with;"
+            " give it in another unit"
         )
 
 

@@ -34,7 +34,7 @@ def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
     reader = ARRAY_FILES.get(path.suffix.lower())
     if reader is None:
         known = ", ".join(ARRAY_FILES)
-        raise InputError(f"{path} is none of {known}; its ending states what it is")
+        raise InputError(f"{path}: unknown type of file; the name must end with one of {known}")
     try:
         return reader(path)
     except InputError:

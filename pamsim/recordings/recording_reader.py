@@ -231,7 +231,7 @@ def _named_apart(entries: list[dict[str, Any]], where: str) -> None:
             raise InputError(f"{where} is several trials; give each its segments")
         one["name"] = f"{Path(one['file']).with_suffix('').as_posix()}_{one['protocol']}"
     if len({one["name"] for one in entries}) < len(entries):
-        raise InputError(f"{where} is two trials of one protocol; write all segments into one")
+        raise InputError(f"{where} has two trials of one protocol; list all segments in one")
 
 
 def _refuse_overlap(entries: Sequence[Mapping[str, Any]], where: str) -> None:
@@ -240,7 +240,7 @@ def _refuse_overlap(entries: Sequence[Mapping[str, Any]], where: str) -> None:
     spans = sorted(itertools.chain.from_iterable(each))
     for (_, end), (begin, _) in itertools.pairwise(spans):
         if begin < end:
-            raise InputError(f"{where}: segments overlap at {begin:g} s; no row counts twice")
+            raise InputError(f"{where}: segments overlap at {begin:g} s; move an end")
 
 
 def _checked(table: object, where: str) -> dict[str, Any]:

@@ -110,7 +110,7 @@ def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
     own = (trial.time.size - 1) / float(trial.time[-1])
     if not (math.isfinite(hertz) and 0.0 < hertz <= 1.001 * own):
         raise InputError(
-            f"{where}: rate = {rate!r}; the log has {own:.4g} rows per second, write fewer"
+            f"{where}: rate = {rate!r} must be above 0 and at most {own:.4g} Hz, the log's own"
         )
     time = np.arange(math.floor(trial.time[-1] * hertz + _CLOCK_ROUNDING) + 1) / hertz
     if time.size < FEWEST_ROWS:

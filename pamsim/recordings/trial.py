@@ -145,7 +145,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
         joint, asked = owner_of(channel), f"of rig {rig!r}"
         if channel == "angle":
             raise InputError(
-                f"{trial.name!r}: which joint {asked} is angle_deg? Name the column {shown}"
+                f"{trial.name!r}: angle_deg may be any joint {asked}; name the column {shown}"
             )
         if joint in names.joints and kind_of(channel) in JOINT_KINDS:
             kind = names.joints[joint]

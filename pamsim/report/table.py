@@ -61,7 +61,9 @@ def table(result: Any) -> dict[str, Any]:
         case LinkReport():
             return _columns(_EFFECT, _effects(result))
         case _:
-            raise InputError(f"no table of a {type(result).__name__}; give a result of pamsim")
+            raise InputError(
+                f"no table of a {type(result).__name__}; help(pamsim.table) lists what has one"
+            )
 
 
 def _columns(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> dict[str, Any]:

@@ -64,8 +64,8 @@ class HideSettings:
         least = FEWEST_ROWS / RATE
         if self.duration is not None and not least <= self.duration < math.inf:
             raise InputError(
-                f"`duration` is {self.duration:g} s; a trial needs some time, {least:g} s or more,"
-                " and an end"
+                f"`duration` is {self.duration:g} s; a trial needs a finite time of {least:g} s or"
+                " more"
             )
         for name in ("noise", "variation", "seed"):
             value = getattr(self, name)

@@ -272,7 +272,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path):
     for line, words in (
         ("DATA --free valve.conductance_fil", "did you mean 'valve.conductance_fill'"),
         ("DATA --free joint.shft.damping", "no joint 'shft'"),
-        ("DATA --free joint.shaft.armature", "give its range with --bounds"),
+        ("DATA --free joint.shaft.armature", "give one with --bounds"),
         ("DATA --free passive.locking=chamber.dead_volume", "one number cannot be both"),
         (f"{locking},muscle_1:passive.locking", "is free already"),
         (f"{locking} --bounds passive.locking=30", "NAME=LOW:HIGH"),

@@ -62,7 +62,7 @@ BAD_INPUT = (
     ("import log.csv", "missing --rig (Shipped rig or rig folder that the logs are of), --out ("),
     ("step --pressure high,low", "'high' is not a number"),
     ("step --pressure 300,0 --load -1", "experiment.load = -1"),
-    ("step --pressure 300,0 --load 1200", "of grams write 1200g"),
+    ("step --pressure 300,0 --load 1200", "in grams, write 1200g"),
     ("step --pressure 300,0 --timestep-ms 0.3", "not a whole number of time steps"),
     (
         "step --pressure 300,0 --timestep-ms 40 --sample-hz 25",
@@ -108,7 +108,7 @@ def test_a_log_in_place_of_a_recording_is_refused_with_what_to_type(run, tmp_pat
         (("diagnose", log), f"pamsim import {log} --rig RIG --out data"),
         (("check", log), f"pamsim import {log} --rig RIG --out data"),
         (("diagnose", empty), "as `pamsim import LOG --rig RIG --out FOLDER` writes it"),
-        (("identify", log), "no column but angle_deg: a model needs an input"),
+        (("identify", log), "the only column is angle_deg; a model needs an input"),
         (("fit", log), "give --model, one of `pamsim list models`"),
     ):
         code, _, err = run(*words)

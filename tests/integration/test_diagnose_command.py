@@ -199,7 +199,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         ([leak[0], "mas20"], "recordings alone, or one table"),
         ([leak[0], "--effects", "air_lek"], "did you mean 'air_leak'"),
         ([*leak, "--nuisance", "force.scal"], "did you mean 'force.scale'"),
-        ([*leak, "--nuisance", "chain.compliance"], "chain.compliance is 0, of which no share"),
+        ([*leak, "--nuisance", "chain.compliance"], "compliance is 0, so that a relative"),
         ([*leak, "--hold-out", "burst"], "did you mean 'bursts'"),
         ([*leak, "--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
         ([*leak, "--hold-out", "bursts_1"], "independent parts"),
@@ -219,7 +219,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         pamsim.diagnose("mas20", hold_out=["angle"])
     with pytest.raises(InputError, match="`seed` is -1"):
         pamsim.diagnose("mas20", seed=-1)
-    with pytest.raises(InputError, match="locking is 0, of which no share"):
+    with pytest.raises(InputError, match="locking is 0, so that a relative change"):
         pamsim.diagnose("mas20", nuisance=["pulley radius", "passive.locking"])
 
 

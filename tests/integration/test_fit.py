@@ -303,7 +303,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, run):
         ([*ONE_LAW, "--hold", "c=5"], "outside [-200, 0]"),
         ([DMSP_20, "--compare", "--nominal-length", "250"], "length and contraction"),
         ([loop, "--compare"], "two equations for three unknowns"),
-        ([loop, "--compare", "--hold-out", "length"], "none to hold out"),
+        ([loop, "--compare", "--hold-out", "length"], "nothing can be held out"),
         ([loop, "--model", "six_parameter"], "use 'fractional_maxwell'"),
     ):
         code, out, err = run("fit", *args)

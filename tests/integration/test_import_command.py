@@ -266,7 +266,7 @@ def test_a_clock_that_begins_again_runs_on_where_that_is_stated(imported, tmp_pa
     with refused("`wraps` -1s: it must be above 0 s"):
         imported(again, folder="other", wraps="-1s")
     for folder, schedule in (("rate", ()), ("rate, scheduled", shut)):
-        with refused("run_7.csv: `wraps` 1s is of a clock, and by `rate` its rows have none"):
+        with refused("run_7.csv: `wraps` 1s needs a clock, and `rate` replaces it"):
             imported(
                 [FLEXOR, EXTENSOR, ANGLE],
                 columns=BARE,
@@ -336,7 +336,7 @@ def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, run
     (again,) = read_recordings(tmp_path / "out").trials
     np.testing.assert_allclose(again.measured["elbow.angle"], angle, atol=1e-9)
     for more, why in (
-        (by, "nothing lays its clock beside that of"),
+        (by, "the offset of its clock from that of"),
         ((*by, "--shared", "sync=phase"), "no column 'phase' to find the offset of the clocks by"),
         ((*by, "--offset", "90s"), "have no time in common: the second runs from 89.6"),
         (("--beside", stands, "--offset", "1s"), "time: the clock stands or runs back at 0.03 s"),

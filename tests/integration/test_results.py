@@ -109,7 +109,7 @@ def test_a_table_has_a_row_for_each_sample_or_parameter_in_si(results, folder):
         for at, (level, size) in sizes.items():
             assert (rows[at]["level"], rows[at]["unit"]) == (level, size["unit_si"])
             assert rows[at]["value"] == size["value_si"]
-    with pytest.raises(InputError, match="no table of a SyntheticRecording; give a result"):
+    with pytest.raises(InputError, match="no table of a SyntheticRecording; help"):
         pamsim.table(results["synthetic recording"])
 
 

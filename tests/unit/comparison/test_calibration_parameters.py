@@ -95,7 +95,7 @@ def test_bad_requests_are_refused(rig):
         (["muscle_1:passive.locking", "passive.locking"], {}, "is free already"),
         (["muscle_3:passive.locking"], {}, "no muscle 'muscle_3'"),
         (["=".join(flows)], dict.fromkeys(flows, (1e-10, 1e-8)), "one number has one range"),
-        (["joint.shaft.armature"], {}, "give its range with `bounds`"),
+        (["joint.shaft.armature"], {}, "give one with `bounds`"),
         (["passive.locking"], {"passive.locking": ("10", "x")}, "not a number"),
         (["chamber.dead_volume"], {"chamber.dead_volume": ("5kg", "20")}, "does not measure"),
     ):

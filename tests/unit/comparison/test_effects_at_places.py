@@ -94,7 +94,7 @@ def test_hidden_at_one_place_it_changes_that_place_alone_and_no_other_exists(rig
     ):
         with pytest.raises(InputError, match=words):
             rig_effect(rig, name)
-    with pytest.raises(InputError, match=r"Write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
+    with pytest.raises(InputError, match=r"write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
         pamsim.hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)
 
 

@@ -69,7 +69,7 @@ def test_the_lag_lifts_the_gain_at_rest_and_phase_beyond_the_margin_is_left_to_t
     bad = {
         "Nyquist": (90.0, 40.0, {}, "Nyquist"),
         "phase": (30.0, 86.0, {"delay": 2}, "at most 75: ask for a smaller"),
-        "swings": (6.0, 40.0, {"delay": 3}, "swings too"),
+        "swings": (6.0, 40.0, {"delay": 3}, "the resonance of G2 is too strong"),
     }
     all_refused(bad, lambda crossover, margin, more: design(MODEL, crossover, margin, **more))
 

@@ -90,7 +90,7 @@ def test_what_the_rig_does_not_have_is_refused_by_name_or_noted(read):
         "walk_1: hip.angle is not used: rig 'my_leg' records knee, rail, front, back, calf",
     )
     one = read(run=drawn_recording(ARM, "pressure_set"))
-    with refused("which joint", "is angle_deg? Name the column knee_deg"):
+    with refused("angle_deg may be any joint", "name the column knee_deg"):
         of_rig(one, SignalNames(joints=LEG.joints, muscles=LEG.muscles[:2]), "my_leg")
     with refused("is of 2 muscles, rig 'my_leg' has 3"):
         of_rig(one, LEG, "my_leg")
