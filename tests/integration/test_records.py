@@ -229,7 +229,7 @@ def test_speeds_are_those_of_the_benchmarks():
 def test_environments_are_as_fast_as_is_promised():
     rows = recorded("benchmarks/results/environment_steps")["rows"]
     ratios = [row["ratio"] for row in rows]
-    quoted("control", f"A step is {min(ratios):.1f} to {max(ratios):.0f} times as quick")
+    quoted("control", f"A step is {min(ratios):.1f} to {max(ratios):.0f} times as fast")
     at_the_peer_s = {row["arms"]: row["ratio"] for row in rows if row["frame_skip"] == 2}
     assert set(at_the_peer_s) == {1, 64, 256}
     # Of 64 arms 4.0 while environments stopped the engine's timers, also those of other models;
