@@ -1,23 +1,26 @@
 """What a judgement finds of an effect, and how deep its name holds.
 
-A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
-every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
-or no repeats show whether it is, no formula that was tried is exact for all that is known. Its name
-is then that of the nearest: certain if next to nothing is left beside what it takes away (`NAMED`),
-while its form is not. Place and family are, as long as the effect takes away far more than is left
-(`EXPLAINED`). Beside other effects in its links it need not be so much: what is left there may be
-an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be such an error, too: it
-must be larger than the share that an inexact formula may leave of what it takes away in these
-links, and than all of that of one whose own place is not certain. An effect so small that what is
-left is much beside it is not certain either, though that be too little to count, or no repeats show
-whether it is noise (`BESIDE_OTHERS`). Nor is one in links that miss no more than noise. Of two
-effects of a family at one place one may be what the formula of the other misses: the name of that
-is certain which takes away twice as much. Two inexact errors of sensors may be one cause before
-both, as a delay is: no place is certain. What other formulas of the families that were found would
-take away as well is not counted as left: it speaks for these families. So many effects in a link
-that they are rather the series of an unknown one (`SERIES`) are not certain, unless one of them
-outweighs all others. Nor is an effect that fits only at an end of a parameter's range: it stands
-for another one.
+A name has four levels: place, family, effect, form (`Effect.levels`). The gain of an effect is the
+mean square of the held-out rows of its links that the model takes away with it and not without;
+what is left is what repeats still share beside the whole model. A level is certain if every rival
+that differs in it predicts worse, and if
+
+- there is something: the effect predicts better than none, in links that miss more than noise;
+- it is within its range: one that fits at an end of a parameter's range stands for another effect;
+- little is left: the gain is nine tenths of itself and what is left (`EXPLAINED`). Beside others in
+  its links, whose formulas may be wrong, it is twice what is left, and with them takes away nine
+  tenths (`BESIDE_OTHERS`). What other formulas of the families found take away counts as explained;
+- it is no error of another formula: in its links, the gain is above a tenth of what an effect takes
+  away whose formula is inexact, and all of what a larger one does whose own place is not certain;
+- it is larger than what is left for certain, and twice what is left but may be noise, or is too
+  little to count (`BESIDE_OTHERS`);
+- it is not one of a series: four effects in a link (`SERIES`) are rather one that was not tried,
+  unless one takes away twice what all others do;
+- no cause comes before it: inexact errors of two sensors may be one delay before both.
+
+The effect's name is certain if next to nothing is left beside its gain (`NAMED`), its form if
+nothing is. Of two of a family at one place, one may be what the formula of the other misses: only
+one that takes away twice as much has a certain name.
 """
 
 from __future__ import annotations
