@@ -9,7 +9,7 @@ import numpy as np
 from pamsim.core.units import FloatArray
 from pamsim.numba_cache import numba
 
-_PIECE = 128  # rows taken up at once: thirty columns of them stay in a first-level cache
+_PIECE = 128  # rows reduced at once: thirty columns of them stay in a first-level cache
 # Sums in any order, so that several rows are added at once.
 _compiled: Any = numba.njit(
     cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"}
@@ -24,11 +24,11 @@ def triangular_factor(columns: FloatArray) -> FloatArray:
 
     Source: TSQR (Demmel et al., SIAM Journal on Scientific Computing 34, 2012).
     """
-    return _taken_up(np.ascontiguousarray(columns))  # one layout, compiled once
+    return _reduced(np.ascontiguousarray(columns))  # one layout, compiled once
 
 
 @_compiled
-def _taken_up(columns: FloatArray) -> FloatArray:
+def _reduced(columns: FloatArray) -> FloatArray:
     samples, count = columns.shape
     triangle, piece = np.zeros((count, count)), np.empty((count, _PIECE))
     for first in range(0, samples, _PIECE):
