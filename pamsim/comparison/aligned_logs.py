@@ -41,7 +41,8 @@ def aligned(trials: Sequence[Trial]) -> tuple[tuple[Trial, ...], tuple[str, ...]
             cut[first.protocol] = own[0].time.size
         known = next((one for one in inputs if same_settings(one, first)), None)
         if known is not None and first.protocol not in apart:
-            apart[first.protocol] = what_differs(known, first), f"{known.name} and {first.name}"
+            why = what_differs(*_cut([known, first], [0, _late_by_command(known, first)]))
+            apart[first.protocol] = why, f"{known.name} and {first.name}"
         inputs.append(first)
         left = [trial for trial in left if late[trial.name] is None]
     notes = [
@@ -60,12 +61,15 @@ def _rows_late(first: Trial, other: Trial) -> int | None:
     """By how many rows another trial of one input comes later; None if it is of another input."""
     if not same_settings(first, other):
         return None
-    commands = [_first_command(trial) for trial in (first, other)]
-    by_command = commands[1] - commands[0] if all(commands) else 0
-    for late in dict.fromkeys((0, by_command)):
+    for late in dict.fromkeys((0, _late_by_command(first, other))):
         if not what_differs(*_cut([first, other], [0, late])):
             return late
     return None
+
+
+def _late_by_command(first: Trial, other: Trial) -> int:
+    commands = [_first_command(trial) for trial in (first, other)]
+    return commands[1] - commands[0] if all(commands) else 0
 
 
 def _cut(trials: Sequence[Trial], late: Sequence[int]) -> list[Trial]:

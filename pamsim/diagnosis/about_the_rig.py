@@ -143,7 +143,7 @@ def _on_stops(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Iterat
 
 def _touching(rig: Rig, positions: FloatArray) -> Iterator[str]:
     for (one, two), count in contacts(rig.model, rig.position_addresses, positions).items():
-        yield f"{one} and {two} touch in {100.0 * count / len(positions):.2g} % of the samples"
+        yield f"{one} and {two} touch in {100.0 * count / len(positions):.3g} % of the samples"
 
 
 def _at_limits(rig: Rig, positions: FloatArray) -> Iterator[str]:

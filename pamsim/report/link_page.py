@@ -49,7 +49,7 @@ SUPPORTED: Mapping[str, tuple[str, str]] = {
     ),
     "undecided": (
         "that no effect tried predicts unseen parts of the recording better",
-        "that the model agrees, or that something is missing: no repeats show which",
+        "that the model agrees, or that something is missing: what is held out does not show which",
     ),
 }
 """Verdict -> what a paper may state of it, and what not."""
@@ -234,7 +234,7 @@ def headline(result: Mapping[str, Any]) -> str:
         shape = ", but its shape is learned" if result["learned"] else ""
         return f"No effect tried explains the gap {in_links(result['remainder'])}{shape}"
     if result["verdict"] == "undecided":
-        return "Undecided: without repeats, what is left may be noise or a missing effect"
+        return "Undecided: what is left may be noise or a missing effect"
     return "No gap: nothing is missing that these data can show"
 
 

@@ -27,11 +27,12 @@ from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.pictures import write_picture
 from pamsim.scene.parts import add_chain, add_load, add_muscle
-from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
+from pamsim.scene.pose import fit_camera, has_site, muscle_lengths, pose, site_pose
 from pamsim.scene.series_colours import series_rgb
 
 _USUAL_LOAD, _USUAL_PRESSURES = 2.14, (487e3, 100e3)  # of the MAS-20 arm in its pictures [kg, Pa]
 _COMPOSED_FOR = 1.6  # width over height of the pictures that the scenes' cameras are placed for
+_OVERVIEW = "overview"  # camera that shows the whole rig
 _QUICK_SLICES = 20  # sides of a cylinder in a quick picture
 _NO_GL = (
     "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
@@ -45,15 +46,15 @@ def picture_rest(
     rig: str | os.PathLike[str] = "mas20_arm",
     pressures: Sequence[float] | None = None,
     load: float | None = None,
-    camera: str = "overview",
+    camera: str = _OVERVIEW,
     size: tuple[int, int] = (1600, 1000),
 ) -> None:
     """Let a rig come to rest at gauge pressures (m,) [Pa] and write a picture of it, png or jpg.
 
     The rig, a shipped one or a folder, carries a load [kg]; if left out 2.14 kg, or nothing where
     none can be. Pressures left out are those of the MAS-20 arm in its pictures if the rig has such
-    a pair of muscles, else half the supply's. The camera is one of its scene, the size is width and
-    height [px].
+    a pair of muscles, else half the supply's. The camera is one of its scene (without an
+    ``overview``, one that shows the whole rig), the size is width and height [px].
 
     Raises:
         InputError: for an unknown rig, camera or picture format.
@@ -79,15 +80,24 @@ def picture_rest(
     write_picture(path, image)
 
 
-def require_camera(model: mujoco.MjModel, camera: str) -> None:
-    """Check that a scene has a camera.
+def chosen_camera(
+    model: mujoco.MjModel, data: mujoco.MjData, camera: str, *, aspect: float
+) -> str | mujoco.MjvCamera:
+    """A scene's camera of that name; without an ``overview`` one that shows the whole rig.
+
+    The picture has an aspect, width over height.
 
     Raises:
-        InputError: if it has not; the text lists the cameras it has.
+        InputError: for another camera that the scene does not have; the text lists those it has.
     """
     cameras = [model.camera(i).name for i in range(model.ncam)]
-    if camera not in cameras:
+    if camera in cameras:
+        return camera
+    if camera != _OVERVIEW:
         raise InputError(f"no camera {camera!r} in this scene; {nearest(camera, cameras)}")
+    free = mujoco.MjvCamera()
+    fit_camera(free, model, data, aspect=aspect, column=0.0)
+    return free
 
 
 def render_arm(
@@ -96,7 +106,7 @@ def render_arm(
     *,
     width: int = 1600,
     height: int = 1000,
-    camera: str = "overview",
+    camera: str | mujoco.MjvCamera = _OVERVIEW,
     renderer: mujoco.Renderer | None = None,
     **state: Any,
 ) -> npt.NDArray[np.uint8]:
@@ -107,7 +117,7 @@ def render_arm(
         data: state after ``mj_forward``.
         width: of the picture [px].
         height: of the picture [px].
-        camera: name of a camera in the model.
+        camera: one in the model by its name, or a free one; see `chosen_camera`.
         renderer: one from ``open_renderer`` to use again, for videos; its own size then counts.
         state: as `decorate` takes it: muscles, pressures, lengths, fine.
 
@@ -118,7 +128,8 @@ def render_arm(
         EngineError: OpenGL cannot start, or as `decorate`.
         InputError: the model has no such camera, or as `decorate`.
     """
-    require_camera(model, camera)
+    if isinstance(camera, str):
+        camera = chosen_camera(model, data, camera, aspect=width / height)
     own = renderer or open_renderer(model, width=width, height=height)
     try:
         own.update_scene(data, camera=camera)

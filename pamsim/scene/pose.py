@@ -101,6 +101,8 @@ def fit_camera(
         camera.azimuth = math.degrees(math.atan2(ahead[1], ahead[0]))
         camera.elevation = math.degrees(math.asin(ahead[2]))
     scene, points = mujoco.MjvScene(model, maxgeom=1), _reach(model, data)
+    if points.size == 0:  # bodies without a shape
+        return
     camera.lookat = points.mean(axis=0)
     camera.distance = 3.0 * float(np.ptp(points, axis=0).max())
     low, high = np.array([2.0 * column - 1.0, -1.0]), np.ones(2)

@@ -20,7 +20,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
-from pamsim.scene.picture import open_renderer, render_arm, require_camera
+from pamsim.scene.picture import chosen_camera, open_renderer, render_arm
 from pamsim.scene.pose import has_site, pose, seen_by, site_pose
 
 Picture = NDArray[np.uint8]
@@ -146,12 +146,12 @@ def arm_camera(
     """
     rig = replay.rig
     model = rig.model_for(load=replay.trial.load)
-    require_camera(model, camera)
     quality = model.vis.quality
     # Drawn in software, each of these costs time in every frame; at a film's size none is missed.
     quality.shadowsize, quality.offsamples = min(quality.shadowsize, 2048), 0
     quality.numslices, quality.numstacks = min(quality.numslices, 32), 3
     data = mujoco.MjData(model)
+    view = chosen_camera(model, data, camera, aspect=width / height)
     last: dict[bytes, Picture] = {}
 
     def draw(time: float) -> Picture:
@@ -161,7 +161,7 @@ def arm_camera(
         if state not in last:
             last.clear()
             pose(model, data, rig.position_addresses, positions.tolist())
-            shown = {"muscles": rig.muscles, "pressures": pressures.tolist(), "camera": camera}
+            shown = {"muscles": rig.muscles, "pressures": pressures.tolist(), "camera": view}
             fine = Image.fromarray(render_arm(model, data, **shown, renderer=renderer))
             last[state] = np.asarray(fine.resize((width, height), Image.Resampling.LANCZOS))
         return last[state]

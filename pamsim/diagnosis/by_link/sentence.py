@@ -39,8 +39,8 @@ def verdict_sentence(result: LinkReport) -> str:
         where = ", ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
         sentences.append(
             f"{'' if sentences else 'No effect tried is certain. '}The misfit exceeds the noise"
-            f" estimate; excess over its variance: {where}. Without repeats it may be slow noise"
-            " or a missing effect; record every input three times or more."
+            f" estimate; excess over its variance: {where}. What is held out does not show whether"
+            " it is slow noise or a missing effect; the warnings state what would."
         )
     if not sentences and not left:
         if result.at_rest:

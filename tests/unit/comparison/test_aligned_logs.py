@@ -92,6 +92,13 @@ def test_it_is_stated_why_trials_of_one_protocol_are_no_repeats(changed, why):
     assert why in note
 
 
+def test_the_clock_is_why_logs_of_other_lengths_are_no_repeats_once_cut():
+    jittered = log("b", before=14, after=6)
+    jittered = replace(jittered, time=jittered.time + RNG.normal(0.0, 3e-4, jittered.time.size))
+    _, (note,) = aligned([log("a", before=5), jittered])
+    assert note.endswith("a and b: their clocks differ; state the same `rate` in every [[trial]]")
+
+
 def test_a_log_that_moves_from_its_first_row_on_or_stops_much_earlier_is_not_cut():
     opened = [log(name, before=rows, drive="valve") for name, rows in (("a", 5), ("b", 9))]
     short = log("c", before=5)
@@ -102,7 +109,7 @@ def test_a_log_that_moves_from_its_first_row_on_or_stops_much_earlier_is_not_cut
     for trials in (opened, [log("a", before=5), short]):
         found, notes = aligned(trials)
         assert all(new is old for new, old in zip(found, trials, strict=True))
-        assert "rows" in notes[0]
+        assert notes[0].startswith("no repeats though of one protocol: a and ")
 
 
 def test_a_row_that_holds_what_was_commanded_before_is_no_first_command():

@@ -55,7 +55,9 @@ def test_geoms_that_touch_are_named_with_how_often(arm):
     elbow = np.linspace(0.0, STOP, 121)
     often = 100.0 * np.mean(REACH * np.sin(STOP - elbow) < THICK)
     (note,) = report(arm, elbow)
-    assert note.startswith(f"stopper and fore_bar touch in {often:.2g} % of the samples: a contact")
+    assert note.startswith(f"stopper and fore_bar touch in {often:.3g} % of the samples: a contact")
+    (note,) = report(arm, np.full(50, STOP))
+    assert "touch in 100 % of the samples" in note
     (note,) = report(arm, np.linspace(0.0, 1.0, 50))
     assert note.startswith("geoms of the MJCF may touch, though none do here")
     assert report(load_rig("two_joint_arm"), elbow) == ()

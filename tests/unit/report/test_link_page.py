@@ -43,7 +43,7 @@ def test_the_headline_claims_no_more_than_is_certain():
         (report(more_left=True), "No effect tried explains the gap in muscle and joint"),
         (
             report(more_left=None),
-            "Undecided: without repeats, what is left may be noise or a missing effect",
+            "Undecided: what is left may be noise or a missing effect",
         ),
     ):
         assert headline(one.to_dict()) == expected

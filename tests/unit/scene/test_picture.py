@@ -244,6 +244,30 @@ def test_errors_name_what_is_missing(model):
     assert decorated(bare, mujoco.MjData(bare)) == []
 
 
+BARE_ARM = """
+<mujoco><worldbody><body pos="0 0 1.2">
+  <joint name="elbow" axis="0 -1 0" range="-0.9 0.9"/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02"/>
+</body></worldbody></mujoco>"""
+
+
+@needs_gl
+@pytest.mark.parametrize("aspect", [0.5, 2.0])
+def test_an_own_model_without_a_camera_is_seen_whole_wherever_it_moves(aspect):
+    model = mujoco.MjModel.from_xml_string(BARE_ARM)
+    size = {"width": round(200 * aspect), "height": 200}
+    for beta in (-0.9, 0.0, 0.9):
+        state = {"muscles": {}, "pressures": (), "lengths": ()}
+        drawn = render_arm(model, at(model, beta), **state, **size).astype(int)
+        rows, columns = np.nonzero(np.abs(drawn - drawn[0, 0]).sum(axis=2) > 30)
+        assert len(rows) > 200
+        assert min(rows.min(), columns.min()) > 0
+        assert rows.max() < size["height"] - 1
+        assert columns.max() < size["width"] - 1
+    with refused("no camera 'top' in this scene"):
+        render_arm(model, at(model, 0.0), **state, **size, camera="top")
+
+
 def test_a_picture_without_pixels_is_refused(tmp_path):
     for width, height in ((0, 10), (40, -5)):
         with refused(f"a picture of {width} x {height} pixels"):
