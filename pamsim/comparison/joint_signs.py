@@ -42,7 +42,8 @@ def turned_joints(
     def why(joint: str) -> str:
         if joint in by_itself:
             return f"sign reversed, because it falls while {joint} is driven up"
-        return "sign reversed, because it falls while the muscles pull it up; or they are swapped"
+        swapped = "; or they are swapped" if len(rig.muscles) > 1 else ""
+        return f"sign reversed, because it falls while the muscles pull it up{swapped}"
 
     return tuple(
         replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))

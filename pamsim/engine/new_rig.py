@@ -22,11 +22,12 @@ import numpy as np
 
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
 from pamsim.core.units import COMMON, to_si
 from pamsim.engine.attach import compile_model
 from pamsim.engine.mjcf import posed, read_spec, read_text, recorded_joints, scalar_joints
 from pamsim.engine.mjcf_fields import native_field, native_value, radii
+from pamsim.engine.parameter_names import sensor_specs
 from pamsim.engine.rig import load_rig
 from pamsim.physics.force_laws.effective_area import EffectiveArea
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
@@ -175,7 +176,7 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
         muscles="".join(_muscle(model, *span, pushing=pushing) for span in spans),
         shared="".join(_section(f"muscle.{group.group}", group, assumed) for group in groups),
         natives="".join(_natives(model, joints, source)),
-        sensor=_section("sensor", MeasurementChain, {}),
+        sensor=_section("sensor", MeasurementChain, {}, sensor_specs(joints.values())),
     )
 
 
@@ -222,11 +223,16 @@ tendon = "{tendon}"
 """
 
 
-def _section(head: str, group: type[ParameterGroup], assumed: Mapping[str, Any]) -> str:
+def _section(
+    head: str,
+    group: type[ParameterGroup],
+    assumed: Mapping[str, Any],
+    fields: Mapping[str, FieldSpec] | None = None,
+) -> str:
     """Section of all fields of a group but those that each muscle has of its own, if any."""
     lines = [f'law = "{group.law}"\n'] if group.law else []
     stated = assumed.get(group.group, {})
-    for name, spec in specs(group):
+    for name, spec in (fields or dict(specs(group))).items():
         value, unit = getattr(group, name, None), ""
         source = "usual" if value else "off"
         if name in stated:

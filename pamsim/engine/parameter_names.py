@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from pamsim.core.errors import InputError, nearest
@@ -49,13 +49,24 @@ class ParameterName:
         return f"{self.muscle}:{self.parameter}" if self.muscle else self.parameter
 
 
-def sensor_spec(field: str, where: str = "") -> FieldSpec:
-    """Unit and range of a field of the measurement chain; ``where`` states it, for errors.
+def sensor_specs(joints: Iterable[str]) -> dict[str, FieldSpec]:
+    """Fields of the measurement chain of a rig whose joints have these kinds -> unit and range.
+
+    What is in radians is in metres where every joint slides: the same numbers apply to any joint.
+    """
+    fields = dict(specs(MeasurementChain))
+    if "angle" in joints:
+        return fields
+    return {name: replace(one, unit=one.unit.replace("rad", "m")) for name, one in fields.items()}
+
+
+def sensor_spec(field: str, joints: Iterable[str], where: str = "") -> FieldSpec:
+    """Unit and range of one of `sensor_specs`; ``where`` states it, for errors.
 
     Raises:
         InputError: if there is no such field, with the nearest one.
     """
-    fields = dict(specs(MeasurementChain))
+    fields = sensor_specs(joints)
     if field not in fields:
         what = f"{where}: unknown sensor." if where else "no parameter sensor."
         raise InputError(f"{what}{field}; {nearest(field, fields)}")

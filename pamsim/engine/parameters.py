@@ -61,7 +61,7 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         value, spec = native_value(rig.model, name), native_field(rig.model, name)
         stated, source = rig.file.native.get(name), rig.file.mjcf.name
     elif parsed.owner == "sensor":
-        spec, stated = sensor_spec(part), rig.file.sensor.get(part)
+        spec, stated = sensor_spec(part, rig.joints.values()), rig.file.sensor.get(part)
         value = float(getattr(rig.sensor or MeasurementChain(), part))
     else:
         muscle = muscles_with(parsed, rig.muscles, rig.file.native)[0]

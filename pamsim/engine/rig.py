@@ -182,7 +182,7 @@ class Rig:
         sensor = self.sensor
         if sensing:
             for field in sensing:
-                sensor_spec(field)
+                sensor_spec(field, self.joints.values())
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
         if len(sensing) == len(names):  # nothing in the model depends on its sensors
             return dataclasses.replace(self, sensor=sensor)
@@ -301,7 +301,8 @@ def _compiled(
             raise InputError(f"{where}: rig.{key} = {name!r} is not in {file.mjcf}")
     joints = mjcf.recorded_joints(model, file.joints, file.tendons.values(), where)
     sensor = {
-        name: entry.si(sensor_spec(name, str(where)).unit) for name, entry in file.sensor.items()
+        name: entry.si(sensor_spec(name, joints.values(), str(where)).unit)
+        for name, entry in file.sensor.items()
     }
     try:
         SignalNames(joints=joints, muscles=tuple(muscles))

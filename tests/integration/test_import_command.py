@@ -129,6 +129,19 @@ def test_sealed_muscles_say_nothing_of_the_sign_of_a_joint_that_its_torque_drive
         assert any("elbow is driven up" in warning for warning in phi.warnings) is (sense < 0.0)
 
 
+def test_a_single_muscle_is_not_said_to_be_swapped(tmp_path):
+    pressure = 2e5 + 1e5 * np.sin(TIME)
+    log = {"t [s]": TIME, "p [Pa]": pressure, "x [m]": 1e-8 * pressure}
+    warned = []
+    for sense in (1.0, -1.0):
+        path = write(tmp_path / f"sense {sense:g}.csv", log | {"x [m]": sense * log["x [m]"]})
+        found = pamsim.import_log(path, rig="muscle_bench", out=tmp_path / f"{sense:g}")
+        warned += [word for one in found.columns if one.kind == "position" for word in one.warnings]
+    assert [word for word in warned if "sign" in word] == [
+        "sign reversed, because it falls while the muscles pull it up"
+    ]
+
+
 def test_a_torque_is_a_measured_force_times_its_arm(imported, tmp_path):
     force = 30.0 * np.sin(TIME)
     _, (trial,) = imported({**LOG, "F [N]": force}, columns=["elbow.torque=-F*6.9mm:N"])

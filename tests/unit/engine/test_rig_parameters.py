@@ -4,7 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from pamsim.comparison.readable_unit import readable_unit
 from pamsim.core.parameters import Sourced
+from pamsim.engine.new_rig import new_rig
 from pamsim.engine.parameters import each_muscle, rig_parameter, rig_parameters
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_cards import parameter_cards, rig_cards
@@ -50,6 +52,19 @@ def test_every_number_of_the_file_is_listed_with_its_source(name):
         common = key.rpartition(":")[2]
         found = listed.get(key) or listed.get(common) or rig_parameter(rig, key)
         assert found.stated == number or any(o.stated == number for o in listed.values()), key
+
+
+def test_errors_of_the_sensor_of_a_joint_that_slides_are_lengths(tmp_path):
+    folder = new_rig("mine", "bench", out=tmp_path / "mine")
+    params = folder / "params.toml"
+    text = params.read_text(encoding="utf-8")
+    assert 'angle_backlash = { value = 0, unit = "mm"' in text
+    text = text.replace("angle_bias = { value = 0,", "angle_bias = { value = 2,")
+    params.write_text(text, encoding="utf-8")
+    found = rig_parameter(load_rig(folder), "sensor.angle_bias")
+    assert (found.value, found.spec.unit, readable_unit(found)) == (pytest.approx(2e-3), "m", "mm")
+    assert rig_parameter(load_rig("muscle_bench"), "sensor.angle_bend").spec.unit == "1/m"
+    assert rig_parameter(load_rig("mas20_arm"), "sensor.angle_bias").spec.unit == "rad"
 
 
 def test_a_number_that_differs_from_muscle_to_muscle_is_listed_for_each():
