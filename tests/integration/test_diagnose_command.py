@@ -202,7 +202,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         ([*leak, "--nuisance", "chain.compliance"], "compliance is 0, so that a relative"),
         ([*leak, "--hold-out", "burst"], "did you mean 'bursts'"),
         ([*leak, "--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
-        ([*leak, "--hold-out", "bursts_1"], "independent parts"),
+        ([*leak, "--hold-out", "bursts_1"], "samples; hold out 5 trials or more, record"),
         ([*leak, "--film"], "--film needs recordings, and --out"),
         ([*leak, "--threads", "0"], "0 threads"),
         ([*leak, "--alpha", "5"], "--alpha is 5; it must be from 0.001 to 0.5"),

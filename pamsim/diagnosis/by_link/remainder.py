@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,11 @@ class Remainder:
     def excluded(self) -> bool:
         """Whether repeats show nothing material."""
         return self.known and not self.counts
+
+
+def nothing_left(found: Iterable[Remainder]) -> bool:
+    """Whether no link shows anything material, neither for certain nor what may be noise."""
+    return not any(one.counts or one.undecided for one in found)
 
 
 def remainders(

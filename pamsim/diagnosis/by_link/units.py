@@ -229,11 +229,12 @@ def parts_of_trials(
     units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying, limits=limits)
     fewest = fewest_units(limits.alpha)
     if len(units.judged.units) < fewest or not fitted:
+        hold_out = f"hold out {fewest} trials or more, " if held_out else ""
         raise InputError(
-            f"too short to judge by: {len(sizes)} trials of {sum(sizes.values())} samples give"
-            f" {len(units.judged.units)} of the {fewest} independent parts that a level of"
-            f" {100.0 * limits.alpha:g} % needs, since their noise is correlated over"
-            f" {gap} samples; record more inputs or more repeats, or four times as long"
+            f"too short to judge by: {len(sizes)} trials, together {sum(sizes.values())} samples,"
+            f" give {len(units.judged.units)} of the {fewest} independent parts that a level of"
+            f" {100.0 * limits.alpha:g} % needs, since their noise is correlated over {gap}"
+            f" samples; {hold_out}record more inputs or more repeats, or four times as long"
         )
     return units
 
