@@ -132,6 +132,8 @@ def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigP
         muscle = ParameterName.parse(own.name).muscle
         scale = f"{muscle}:{parameter.scaled_by}" if muscle else parameter.scaled_by
         parameter = parameter.scaled(rig_parameter(rig, scale).value)
+    elif parameter.on_slide != 1.0 and rig.joints[own.name.split(".")[1]] == "position":
+        parameter = parameter.scaled(parameter.on_slide)
     return parameter, own
 
 

@@ -44,6 +44,8 @@ class EffectParameter:
         starts: of a shape, further values a search begins from, as ``typical``.
         scaled_by: parameter of the rig by whose value ``typical``, ``low``, ``high`` and ``starts``
             are multiplied, such as a length that they are shares of; empty for none.
+        on_slide: what ``typical``, ``low``, ``high`` and ``starts`` are multiplied by at a joint
+            that slides, where a torque is a force.
         unit: SI unit that the rig's parameter must have, where other force laws use the same letter
             for another quantity; empty if any will do.
         another_size: True if the effect is there where this parameter alone is off neutral, as
@@ -63,6 +65,7 @@ class EffectParameter:
     shape: bool = False
     starts: tuple[float, ...] = ()
     scaled_by: str = ""
+    on_slide: float = 1.0
     unit: str = ""
     another_size: bool = False
     natural_ends: bool = False
@@ -81,7 +84,7 @@ class EffectParameter:
         return (own if self.neutral is None else self.neutral) + size * self.typical
 
     def scaled(self, by: float) -> EffectParameter:
-        """The same with its range multiplied by the value of ``scaled_by`` [SI]."""
+        """The same with its range multiplied, as by the value of ``scaled_by`` [SI]."""
         return dataclasses.replace(
             self,
             typical=by * self.typical,
@@ -89,6 +92,7 @@ class EffectParameter:
             high=by * self.high,
             starts=tuple(by * start for start in self.starts),
             scaled_by="",
+            on_slide=1.0,
         )
 
     def bounds(self, own: float) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 import pytest
 
 import pamsim
-from pamsim.comparison.effects_on_rig import at_size, candidates, rig_effect
+from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig_effect
 from pamsim.comparison.free_parameters import default_names
 from pamsim.core.errors import InputError
 from pamsim.diagnosis import physical_size
@@ -44,6 +44,17 @@ def test_the_range_of_an_effect_at_a_muscle_scales_with_that_muscle(rig):
         (size,) = at_size(longer, rig_effect(longer, f"rest_length at {muscle}"), 1.0).values()
         own = longer.muscles[muscle].mounting.length_at_zero
         assert size - own == pytest.approx(2e-3 * length)
+
+
+def test_sizes_of_effects_at_a_joint_that_slides_are_forces_and_masses(tmp_path):
+    bench = pamsim.load_rig(pamsim.new_rig("mine", "bench", out=tmp_path / "mine"))
+    for name, size in (("coulomb_friction", 12.0), ("added_inertia", 0.16)):
+        (found,) = at_size(bench, rig_effect(bench, name), 1.0).values()
+        assert found == pytest.approx(size)
+    (friction,) = candidate(bench, rig_effect(bench, "coulomb_friction")).parameters
+    assert friction.high == pytest.approx(200.0)  # N, of a seal of a large cylinder
+    (smooth,) = candidates(bench, ["coulomb_friction:smooth"])[0]
+    assert smooth.probes[0].shape == pytest.approx((0.05 * 0.025,))
 
 
 def test_what_is_left_out_is_not_tried(rig):
