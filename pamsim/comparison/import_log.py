@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,6 +42,9 @@ Spans: TypeAlias = Sequence[tuple[float, float]]
 
 PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
+
+_FACTOR = re.compile(r"(.+?)\*(\s*[+-]?\.?\d.*|[^*]*)")
+"""Name of a column and its factor, whose unit may be a product itself: ``I*0.35N*m/A``."""
 
 # A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
 _toml_value = partial(json.dumps, ensure_ascii=False)
@@ -325,9 +329,8 @@ def _stated(text: str, rig: Rig) -> Guess:
     if not colon:
         name, unit = unit, ""
     unit, absolute = unit_of(unit)
-    name, star, times = name.rpartition("*")
-    if not star:
-        name, times = times, ""
+    factor = _FACTOR.fullmatch(name)
+    name, times = factor.groups() if factor else (name, "")
     return Guess(
         quantity=quantity,
         column=name.strip(),

@@ -147,6 +147,9 @@ def test_a_torque_is_a_measured_force_times_its_arm(imported, tmp_path):
     _, (trial,) = imported({**LOG, "F [N]": force}, columns=["elbow.torque=-F*6.9mm:N"])
     np.testing.assert_allclose(trial.command[:, 2], -0.0069 * force, rtol=1e-12)
     assert 'times = "6.9mm"' in (tmp_path / "data/recording.toml").read_text()
+    current = {**LOG, "I [A]": force}  # of a motor, times its torque constant
+    _, (trial,) = imported(current, folder="b", columns=["elbow.torque=I*0.35 N*m/A:A"])
+    np.testing.assert_allclose(trial.command[:, 2], 0.35 * force, rtol=1e-12)
 
 
 def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(rig, tmp_path, run):

@@ -34,9 +34,9 @@ the mean square are then no noise."""
 def verdict_sentence(result: LinkReport) -> str:
     """What is missing and how certain that is, effect by effect, and what is left."""
     sentences = [one.sentence for one in result.effects]
-    left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
+    left = [f"{n} ({_digits(size)} of the noise variance)" for n, size in result.remainder.items()]
     if result.undecided:
-        where = ", ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
+        where = ", ".join(f"{name} ({_digits(size)})" for name, size in result.undecided.items())
         sentences.append(
             f"{'' if sentences else 'No effect tried is certain. '}The misfit exceeds the noise"
             f" estimate; excess over its variance: {where}. What is held out does not show whether"
@@ -78,6 +78,11 @@ def _scatter(channels: Mapping[str, ChannelGap]) -> str:
     )
 
 
+def _digits(size: float) -> str:
+    """Two digits, and no power of ten for a large number."""
+    return f"{size:.2g}" if abs(size) < 99.5 else f"{size:.0f}"
+
+
 def _learned(result: LinkReport) -> list[str]:
     """What was learned of what has no name, in a sentence."""
     if not result.learned:
@@ -88,8 +93,8 @@ def _learned(result: LinkReport) -> list[str]:
         for one in result.learned
     )
     return [
-        f"Without a name: {in_links(first.links)} {first.before - 1.0:.2g} of the noise"
-        f" variance is left, {max(first.after - 1.0, 0.0):.2g} with {curves}."
+        f"Without a name: {in_links(first.links)} {_digits(first.before - 1.0)} of the noise"
+        f" variance is left, {_digits(max(first.after - 1.0, 0.0))} with {curves}."
     ]
 
 
