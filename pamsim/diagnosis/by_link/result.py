@@ -46,7 +46,7 @@ class Verdict(StrEnum):
     UNEXPLAINED = "unexplained"
     """Something is missing the place of which is not certain, or that no effect tried explains."""
     UNDECIDED = "undecided"
-    """More is left than the estimated noise, but too little is held out to tell that from noise."""
+    """More is left than the estimated noise; what is held out does not show whether it is noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
