@@ -26,6 +26,7 @@ _REGULATED = 0.05
 average: regulators come back to 1 % of their range, valves that are only timed to some per cent.
 Levels that differ on purpose do by more.
 """
+_BEFORE = 'what comes before them differs; if each begins at rest, state lead_in = "0 s"'
 _PROBES = 32  # samples by which lags are sorted out before all samples are compared
 
 
@@ -91,7 +92,7 @@ def what_differs(first: Trial, other: Trial) -> str:
         return "not the same signals were measured"
     lead = first.lead_in
     if not _same_lead_clock(lead, other.lead_in):
-        return "what comes before them differs"
+        return _BEFORE
     if first.time.shape != other.time.shape:
         return f"they have {first.time.size} and {other.time.size} rows"
     if not _same_clock(first, other):
@@ -104,7 +105,7 @@ def what_differs(first: Trial, other: Trial) -> str:
     for column in np.flatnonzero(~np.array(first.drives.between)):
         at = _other_from(own[:, column], its[:, column])
         if at is not None and at < before:
-            return "what comes before them differs"
+            return _BEFORE
         if at is not None:
             return f"their commands differ from {first.time[at - before]:.4g} s on"
     return "" if _imposed_again(first, other) else "what is imposed on them differs"

@@ -81,7 +81,7 @@ def test_what_follows_the_last_change_of_the_shorter_may_change_in_its_last_rows
         ({"time": np.arange(165) / 50.0}, "clocks differ"),
         ({"measured": {}}, "not the same signals"),
         ({"lead_in": TrialLead(time=np.zeros(1), duration=1.0, command=LEVELS[:1],
-                               start_pressure=LEVELS[0])}, "what comes before them"),
+                               start_pressure=LEVELS[0])}, "if each begins at rest, state lead_in"),
     ],
 )  # fmt: skip
 def test_it_is_stated_why_trials_of_one_protocol_are_no_repeats(changed, why):
