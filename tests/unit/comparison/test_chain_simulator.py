@@ -101,6 +101,24 @@ def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, p
         np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
 
 
+def test_a_rig_with_longer_time_steps_comes_to_rest_in_no_longer_ones(trials, monkeypatch):
+    """With dry friction it rests elsewhere in longer ones."""
+    rested: list[float] = []
+    real = chain_runs.sensed_signals
+
+    def signals(jobs, *, timestep, settle_steps, **options):
+        rested.append(timestep * settle_steps)
+        return real(jobs, timestep=timestep, settle_steps=settle_steps, **options)
+
+    monkeypatch.setattr(chain_runs, "sensed_signals", signals)
+    runs = [(trials[0], run) for run in link_runs(ARM, trials[0])]
+    for timestep in (0.5e-3, 1e-3):
+        rig = load_rig("mas20_arm")
+        rig.model.opt.timestep = timestep
+        ChainRuns(rig, runs, threads=None).simulate([{}], [{r.link for _, r in runs}], None, 2)
+    assert rested == pytest.approx([4e-3] * len(rested))
+
+
 def test_a_rig_that_breaks_down_everywhere_is_not_mistaken_for_one_without_measurements(
     trials, monkeypatch
 ):
