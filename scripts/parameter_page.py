@@ -59,7 +59,8 @@ def page() -> str:
     parts += _laws("force", f"{NEEDED} ", FORCE_LAWS.values())
     parts += _laws("hysteresis", "", OPERATORS.values())
     sensor = _list(_rows(MeasurementChain))
-    parts.append(f"\n## sensor\n\nThe sensors of the rig. Where every joint slides, m takes the place of rad.\n{sensor}")
+    about = "The sensors of the rig. Where every joint slides, m takes the place of rad."
+    parts.append(f"\n## sensor\n\n{about}\n{sensor}")
     return "".join(parts)
 
 
