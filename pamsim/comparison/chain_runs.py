@@ -259,7 +259,8 @@ class ChainRuns:
         return next(n for n in _STEPS if n <= min(limit, most) and n in self._possible[run])
 
     def _settle_steps(self, steps: int) -> int:
-        most = min(_SETTLE, _SETTLED // steps)
+        """Time steps in one, of so many fine ones each, in which rigs come to rest."""
+        most = 1 if steps == 1 else min(_SETTLE, _SETTLED // steps)
         return max(int(most * min(_OWN / self._fine, 1.0)), 1)
 
     def _possible_steps(self, run: int) -> tuple[int, ...]:
@@ -286,7 +287,7 @@ class ChainRuns:
             signals = sensed_signals(
                 list(own.values()),
                 timestep=steps * self._fine,
-                settle_steps=1 if steps == 1 else self._settle_steps(steps),
+                settle_steps=self._settle_steps(steps),
                 **self._options,
             )
             found.update(zip(own, signals, strict=True))
