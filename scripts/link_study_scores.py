@@ -223,6 +223,12 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
     return [bar.judged(one) for bar, one in zip(BARS, found, strict=True)]
 
 
+def pooled(records: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Records of several draws as one."""
+    rows = [row for one in records for row in one["rows"]]
+    return {"rows": rows, "must_show": must_show(rows)}
+
+
 def table(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """The quantities of some studies beside each other, as the Markdown table of the documents.
 

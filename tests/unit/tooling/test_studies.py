@@ -60,35 +60,32 @@ def test_the_command_of_a_record_names_its_cases():
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
     scores, text = script("link_study_scores"), page("validation")
-    before, second, these, third = (
-        recorded(f"results/link_study{name}") for name in ("_fresh", "_second", "", "_third")
+    these, two, one, *draws = (
+        recorded(f"results/link_study{name}")
+        for name in ("", "_two_repeats", "_one_log", "_fresh", "_second", "_third", "_fourth")
     )
-    few = {
-        f"{name}, 40 cases": recorded(f"results/link_study_{name.replace(' ', '_')}")
-        for name in ("two repeats", "one log")
-    }
+    before = scores.pooled(draws)
     columns = {
-        "rules before": before,
-        "second rules": second,
         "these rules": these,
-        "these rules again": third,
-        **few,
+        "earlier rules": before,
+        "two repeats, 40 cases": two,
+        "one log, 40 cases": one,
     }
     assert "\n".join(scores.table(columns)) in text
-    for one in columns.values():
-        assert scores.must_show(one["rows"]) == one["must_show"]
+    for record in (these, two, one, *draws):
+        assert scores.must_show(record["rows"]) == record["must_show"]
     drawn = {case["name"]: case["seed"] for case in CASES}
-    assert all(drawn[row["name"]] == row["seed"] for row in before["rows"])
-    assert f"by {len(before['rows'])} of {len(CASES)} cases" in words("validation")
-    assert f"by the first {len(second['rows'])} of 160 cases" in words("validation")
-    assert f"by {len(these['rows'])} cases drawn afterwards" in words("validation")
-    assert f"judged by the first {len(third['rows'])} of 96 cases" in words("validation")
+    assert all(drawn[row["name"]] == row["seed"] for row in draws[0]["rows"])
+    assert f"judged by {len(these['rows'])} cases" in words("validation")
+    assert f"judged by {len(before['rows'])} cases" in words("validation")
+    wrong, others = (
+        [r["name"].partition("_")[0] for r in record["rows"] if scores.wrong(r)]
+        for record in (these, before)
+    )
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases? )?([\d,\s]+)\)", paragraph)))
-    wrong = [
-        r["name"] for one in (before, second, these, third) for r in one["rows"] if scores.wrong(r)
-    ]
-    assert sorted(named) == sorted(name.partition("_")[0] for name in wrong)
+    assert sorted(named) == sorted(wrong)
+    assert f"wrong in {len(others)} of {len(before['rows'])}" in words("validation")
 
 
 def test_the_page_states_how_well_shapes_are_learned():
