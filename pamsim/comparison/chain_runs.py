@@ -18,7 +18,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import grid_rate, sensed_runs, sensed_signals
+from pamsim.comparison.experiments import GRID_HZ, grid_rate, sensed_runs, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
     Signals,
@@ -52,9 +52,6 @@ A rig or a sampling rate that needs shorter steps gets them, as the bristles of 
 
 _STEPS = (COARSE, OF_REPEATS, MIDDLE, 1)
 _SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at most; fine ones
-_OWN = 0.5e-3
-"""Fine time step of the shipped rigs [s], of which these are numbers. In longer steps a joint with
-dry friction comes to rest elsewhere: in 8 ms instead of 4 by 1 mm, on a rail with 12 N."""
 
 
 def in_link(name: str, link: Link) -> str:
@@ -259,9 +256,13 @@ class ChainRuns:
         return next(n for n in _STEPS if n <= min(limit, most) and n in self._possible[run])
 
     def _settle_steps(self, steps: int) -> int:
-        """Time steps in one, of so many fine ones each, in which rigs come to rest."""
+        """Time steps in one, of so many fine ones each, in which rigs come to rest.
+
+        As many as on the shipped rigs, but no longer ones: in 8 ms instead of 4 a joint with dry
+        friction comes to rest elsewhere, by 1 mm on a rail with 12 N.
+        """
         most = 1 if steps == 1 else min(_SETTLE, _SETTLED // steps)
-        return max(int(most * min(_OWN / self._fine, 1.0)), 1)
+        return max(int(most * min(1.0 / (GRID_HZ * self._fine), 1.0)), 1)
 
     def _possible_steps(self, run: int) -> tuple[int, ...]:
         """Fine time steps in one that the sampling of a run allows."""

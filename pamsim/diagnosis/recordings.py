@@ -26,7 +26,7 @@ from pamsim.diagnosis.by_link.entries import (
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
-from pamsim.diagnosis.by_link.remainder import nothing_left
+from pamsim.diagnosis.by_link.remainder import nothing_material
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.whole_chain import WholeChain, misses_more, whole_chain
@@ -99,7 +99,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
             *data.notes,
             *warnings,
             *found.notes,
-            *(slow_errors(chain.gap) if nothing_left(found.unexplained.values()) else ()),
+            *(slow_errors(chain.gap) if nothing_material(found.unexplained.values()) else ()),
             *((_MISSES_MORE,) if misses_more(chain.gap) else ()),
             *far_from_stated(refitted),
             *about_the_drive(data),

@@ -44,7 +44,7 @@ _LAGS = 20  # of each input: some in every decade from a sample to the longest
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 _BLOCK = 8192  # rows of regressors at once: thirty columns of them stay in a processor's cache
 
-Rows = Callable[[int, int], FloatArray]
+_Rows = Callable[[int, int], FloatArray]
 """First row and the one after the last -> regressors of a trial there, ``(rows, columns)``."""
 
 
@@ -142,7 +142,7 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
     )
 
 
-def _lagged_inputs(record: SignalRecord, spread: FloatArray) -> Rows:
+def _lagged_inputs(record: SignalRecord, spread: FloatArray) -> _Rows:
     """The inputs, then those so much earlier [s]; before the trial they were what they began as."""
     steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
     # As many columns of every trial.
@@ -171,7 +171,7 @@ class _Unexplained:
 
 
 def _unexplained(
-    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[Rows]
+    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[_Rows]
 ) -> _Unexplained:
     x, theta = np.split(fit.coordinates, [fit.structure.searched])
     # ARX assumes a white equation error: whitening it would test another model.

@@ -22,7 +22,7 @@ from pamsim.diagnosis.by_link.effect_entry import (
 from pamsim.diagnosis.by_link.judged import Instead, Judged
 from pamsim.diagnosis.by_link.link_fit import PRIOR
 from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
-from pamsim.diagnosis.by_link.remainder import nothing_left
+from pamsim.diagnosis.by_link.remainder import nothing_material
 from pamsim.diagnosis.by_link.result import LinkEntry, NuisanceEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.fitted_rig import stated
@@ -67,7 +67,7 @@ def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, 
 
 def suspect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[SuspectEntry, ...]:
     """Effects that may be there where something is left, none of them certain."""
-    if nothing_left(found.unexplained.values()):
+    if nothing_material(found.unexplained.values()):
         return ()
     return tuple(
         SuspectEntry(

@@ -242,14 +242,15 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
     while True:
         needed: list[Needed] = []
         idle: list[Needed] = []
+        own = unseen.losses(model)
         for effect in model.effects:
             rest = without(fitter, model, effect, case.searched.known)
             if rest is None:
                 continue
             links = case.seen_in(effect)
             before = float(np.mean([size for link, size in case.before.items() if link in links]))
-            own, other = unseen.losses(model), unseen.losses(rest)
-            falls = {k: float(np.mean(other[k]) - np.mean(own[k])) for k in own.keys() & links}
+            more = unseen.losses(rest)
+            falls = {k: float(np.mean(more[k]) - np.mean(own[k])) for k in own.keys() & links}
             one = Needed(effect, links, rest, before, unseen.better(model, rest, links), falls)
             (needed if one.found.certain else idle).append(one)
         if not idle:

@@ -58,7 +58,7 @@ class Remainder:
         return self.known and not self.counts
 
 
-def nothing_left(found: Iterable[Remainder]) -> bool:
+def nothing_material(found: Iterable[Remainder]) -> bool:
     """Whether no link shows anything material, neither for certain nor what may be noise."""
     return not any(one.counts or one.undecided for one in found)
 

@@ -13,7 +13,7 @@ from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
-from pamsim.diagnosis.by_link.remainder import Remainder, nothing_left
+from pamsim.diagnosis.by_link.remainder import Remainder, nothing_material
 from pamsim.diagnosis.by_link.result import RowEntry
 from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.sizes import Size
@@ -131,9 +131,9 @@ def test_what_no_repeats_decide_is_no_agreement():
     small = replace(alone, excess=0.04)
     assert not small.undecided
     # Parts of trials exclude nothing, and yet the verdict is that nothing is left.
-    assert nothing_left([small, replace(known, excess=-0.1)])
-    assert not nothing_left([small, alone])
-    assert not nothing_left([small, replace(known, p_value=0.01)])
+    assert nothing_material([small, replace(known, excess=-0.1)])
+    assert not nothing_material([small, alone])
+    assert not nothing_material([small, replace(known, p_value=0.01)])
 
 
 def test_readings_that_nothing_predicts_may_be_scatter_unless_points_were_read_twice():
