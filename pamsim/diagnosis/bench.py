@@ -29,6 +29,7 @@ class Bench:
         dry: dry friction of the joint and, over their arms, of the tendons [N m].
         dry_speed: joint speed below which it is proportional to speed [rad/s]; 0 if it sticks.
         damping: viscous friction of both [N m s/rad].
+        quadratic_damping: of the joint [N m s^2/rad^2].
         inertia: about the joint, without load [kg m^2].
         weight: torque of gravity at position 0, without load [N m].
         sensor: the measurement chain.
@@ -42,6 +43,7 @@ class Bench:
     dry: float
     dry_speed: float
     damping: float
+    quadratic_damping: float
     inertia: float
     weight: float
     sensor: MeasurementChain
@@ -80,6 +82,7 @@ def bench(rig: Rig, name: str = "") -> Bench:
         ),
         dry_speed=float(model.jnt_user[model.dof_jntid[joint], -1]),
         damping=float(model.dof_damping[joint] + arms**2 @ np.ravel(model.tendon_damping[tendons])),
+        quadratic_damping=float(model.dof_dampingpoly[joint, 0]),
         inertia=float(inertia[joint]),
         weight=-float(data.qfrc_bias[joint]),
         sensor=rig.sensor or MeasurementChain(),

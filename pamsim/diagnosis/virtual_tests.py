@@ -130,9 +130,11 @@ def _inertia(there: Bench, without: Bench, _: int) -> Quantities:
 
 
 def _drag(there: Bench, without: Bench, _: int) -> Quantities:
-    """Torque of viscous friction."""
+    """Torque of what damps the joint."""
     motion = there.motion
-    torque = (there.damping - without.damping) * motion.scale * FAST
+    speed = motion.scale * FAST
+    torque = (there.damping - without.damping) * speed
+    torque += (there.quadratic_damping - without.quadratic_damping) * speed**2
     return _chosen({f"{motion.effort}_at_speed": (torque, motion.effort_unit)}, motion.at_speed)
 
 
@@ -421,7 +423,7 @@ TESTS: Mapping[str, VirtualTest] = {
     **dict.fromkeys(
         ("coulomb_friction", "stribeck_friction", "load_dependent_friction"), _joint_friction
     ),
-    "viscous_friction": _drag,
+    **dict.fromkeys(("viscous_friction", "quadratic_damping"), _drag),
     "load_torque": _weight,
     "added_inertia": _inertia,
     "muscle_hysteresis": _muscle_loop,

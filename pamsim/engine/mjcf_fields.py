@@ -32,6 +32,8 @@ from pamsim.engine.mjcf import may_collide
 # Field, array of the model, unit, unit at a joint that slides, greatest value, meaning.
 _TABLE = (
     ("joint.damping", "dof_damping", "N*m*s/rad", "N*s/m", 1e4, "viscous friction of the joint"),
+    ("joint.quadratic_damping", "dof_dampingpoly", "N*m*s^2/rad^2", "N*s^2/m^2", 1e6,
+     "damping of the joint per square of its speed"),
     ("joint.frictionloss", "dof_frictionloss", "N*m", "N", 1e4, "dry friction of the joint"),
     ("joint.friction_speed", "jnt_user", "rad/s", "m/s", 1e3,
      "speed below which dry friction is proportional to speed; 0 for friction that sticks"),
@@ -53,7 +55,7 @@ _FIELDS = {
 
 _COUNTS = {"joint": "njnt", "body": "nbody", "tendon": "ntendon"}
 # Fields from which no constant of a model follows.
-_FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
+_FORCES = ("damping", "quadratic_damping", "frictionloss", "friction_speed", "stiffness")
 _REFERENCE = (1e-3, 1.0)  # the engine raises the time constant to two of its steps
 _IMPEDANCE = (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 _SMOOTH = 0.0  # first number of the reference of friction that does not stick: it has no spring
@@ -190,6 +192,8 @@ def _find(model: mujoco.MjModel, name: str, where: str = "") -> tuple[str, Field
     array, spec, slide_unit = _FIELDS[kind]
     if slide_unit and model.jnt_type[index] == mujoco.mjtJoint.mjJNT_SLIDE:
         spec = dataclasses.replace(spec, unit=slide_unit)
+    if array == "dof_dampingpoly":
+        return array, spec, (model.dof_jntid == index, 0)
     if array.startswith("dof_"):
         return array, spec, model.dof_jntid == index
     if array == "jnt_user":

@@ -38,6 +38,7 @@ _OWN = (
     "body_subtreemass",
     "dof_armature",
     "dof_damping",
+    "dof_dampingpoly",
     "dof_frictionloss",
     "dof_invweight0",
     "dof_solimp",

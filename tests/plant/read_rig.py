@@ -56,6 +56,7 @@ def read_rig(rig: Rig, load: float) -> Numbers:
     inertia, joint.weight_cos, joint.weight_sin, joint.moment = _rigid_body(model)
     joint.inertia = inertia + float(model.dof_armature[0])
     joint.damping = float(model.dof_damping[0])
+    joint.drag, joint.drag_power = float(model.dof_dampingpoly[0, 0]), 2.0
     joint.dry = float(model.dof_frictionloss[0])
     if joint.dry > 0.0 and native_value(model, f"joint.{rig.only_joint}.friction_speed") > 0.0:
         raise _refused(rig.name, "has tanh_friction for friction that does not stick")

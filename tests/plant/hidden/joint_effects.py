@@ -137,15 +137,6 @@ EFFECTS = (
         signed=True,
     ),
     PlantEffect(
-        name="quadratic_drag",
-        formulation="a torque against the motion, quadratic in speed",
-        family="joint_friction",
-        unit="N*m*s^2/rad^2",
-        typical=0.15,
-        change=on_joint("drag", drag_power=2.0),
-        measure=_at_half,
-    ),
-    PlantEffect(
         name="cogging_torque",
         formulation="a torque of 16 periods per turn",
         stands_for=("sprocket_ripple",),

@@ -301,6 +301,8 @@ def test_the_parts_change_as_the_plant_s(rig):
     drag = float(there.joint[0].damping - without.joint[0].damping)
     there.joint.drag, there.joint.drag_power = drag, 1.0
     same(found, PLANT_EFFECTS["power_drag"].measured(there, without, 0.0), rel=1e-6)
+    found, there = numbers("quadratic_damping")
+    same(found, PLANT_EFFECTS["power_drag"].measured(there, without, 0.0), rel=1e-6)
     found, there = numbers("added_inertia")
     gained = float(there.joint[0].inertia - without.joint[0].inertia)
     assert found["inertia"] == pytest.approx(gained)

@@ -1,4 +1,4 @@
-"""Dry friction of a joint holds under load; with the engine's default settings it does not."""
+"""Friction of a joint: dry friction holds under load, quadratic damping is that of its formula."""
 
 import dataclasses
 import math
@@ -52,6 +52,20 @@ def test_above_its_friction_a_joint_accelerates_by_what_is_left(rubbing):
     angle = math.radians(held(model, 0.2, torque=0.7))
     inertia = 1.0 / model.dof_invweight0[0]
     assert angle == pytest.approx(0.5 * (0.7 - LEVEL) / inertia * 0.2**2, rel=5e-3)
+
+
+def test_quadratic_damping_slows_a_joint_as_its_closed_form_says():
+    """Under a torque M the speed tends to sqrt(M / D) as a hyperbolic tangent of time."""
+    damping = 0.4
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.quadratic_damping": damping})
+    assert native_value(rig.model, "joint.shaft.quadratic_damping") == damping
+    model = rig.model_for(load=0.4, timestep=2.5e-4)
+    model.dof_damping[:] = 0.0
+    inertia = 1.0 / model.dof_invweight0[0]
+    for torque in (0.9, -0.9):
+        angle = math.radians(held(model, 0.3, torque=torque))
+        slowed = math.log(math.cosh(0.3 * math.sqrt(abs(torque) * damping) / inertia))
+        assert angle == pytest.approx(math.copysign(inertia / damping * slowed, torque), rel=2e-3)
 
 
 def along_tendons(rig, torque, presliding=1e-5, **more):

@@ -21,7 +21,13 @@ from pamsim.recordings.recording import Outcome
 RIG = pamsim.load_rig("mas20_arm")
 VARIED = (
     RIG,
-    RIG.with_parameters({"passive.stiffness": 12e3, "joint.shaft.damping": 3.0}),
+    RIG.with_parameters(
+        {
+            "passive.stiffness": 12e3,
+            "joint.shaft.damping": 3.0,
+            "joint.shaft.quadratic_damping": 2.0,
+        }
+    ),
     RIG.with_parameters({"joint.shaft.frictionloss": 0.3, "muscle_1:braid.nominal_length": 0.252}),
     RIG.with_parameters({"valve.delay": 0.0, "creep.stiffness": 3e3, "creep.relaxation_time": 0.2}),
 )
