@@ -125,8 +125,8 @@ class RecordingCheck:
         for one in self.effects:
             if one.seen:
                 where = f"{one.channel}, {one.protocol}"
-                sizes = f"{one.shows_from:10.2g}{one.typical:10.2g}"
-                lines.append(f"{one.name:32s}{sizes} {one.unit:16s}{where}")
+                sizes = [f"{float(f'{size:.2g}'):10g}" for size in (one.shows_from, one.typical)]
+                lines.append(f"{one.name:32s}{''.join(sizes)} {one.unit:16s}{where}")
         lines.append(f"would not show: {', '.join(self.unseen) or 'none'}")
         lines += [f"not tried: {name}: {why}" for name, why in self.skipped.items()]
         return "\n".join(lines)

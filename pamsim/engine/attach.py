@@ -52,11 +52,17 @@ def attach(
         The new actuator, for settings of its own such as ``damping``.
 
     Raises:
-        InputError: if there is no such tendon, or the name is taken; if ``length_at_zero`` is left
-            out and the model so far does not compile.
+        InputError: for a model that is not being built, such as a `mujoco.MjModel`; if there is no
+            such tendon, or the name is taken; if ``length_at_zero`` is left out and the model so
+            far does not compile.
         ParameterError: if ``length_at_zero`` is out of range.
         EngineError: if the model asks for the RK4 integrator.
     """
+    if not isinstance(spec, mujoco.MjSpec):
+        raise InputError(
+            "attach changes a model that is being built: give a mujoco.MjSpec, such as"
+            f" mujoco.MjSpec.from_file('arm.xml'), not a {type(spec).__name__}"
+        )
     names = [t.name for t in spec.tendons]
     if tendon not in names:
         raise InputError(f"no tendon {tendon!r} in this model; {nearest(tendon, names)}")

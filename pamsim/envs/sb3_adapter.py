@@ -39,14 +39,18 @@ class Sb3Rigs(VecEnv):
 
     def step_wait(self) -> Any:
         """One step of all rigs; an episode that ends is followed by the next one at once."""
-        seen, reward, broken, over, _ = self.env.step(self._actions)
+        seen, reward, broken, over, found = self.env.step(self._actions)
         self._sum += reward
         self._taken += self.num_envs
         done = broken | over
         infos: list[dict[str, Any]] = [{} for _ in done]
         for rig in np.flatnonzero(done):
             last, truncated = seen[rig].astype(np.float32), bool(over[rig])
-            infos[rig] = {"terminal_observation": last, "TimeLimit.truncated": truncated}
+            infos[rig] = {
+                "terminal_observation": last,
+                "TimeLimit.truncated": truncated,
+                "is_success": bool(found["is_success"][rig]),
+            }
         if done.any():
             self.steps.append(self._taken)
             self.rewards.append(round(float(self._sum[done].mean()), 3))

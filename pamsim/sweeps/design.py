@@ -187,7 +187,9 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
             " low and high, or a distribution"
         )
     if runs < 1:
-        raise InputError(f"runs is {runs or 'missing'}; a design {design.value!r} needs 1 or more")
+        raise InputError(
+            f"runs is {runs or 'missing or 0'}; a design {design.value!r} needs 1 or more"
+        )
     if design is Design.SENSITIVITY and len(factors) < 2:
         raise InputError(
             f"only {names[0]} varies: a sensitivity design divides a variance among two factors or"

@@ -185,6 +185,9 @@ def test_a_muscle_longer_than_its_fibres_is_refused_with_both_lengths(shipped):
 
 def test_what_cannot_be_attached_is_refused(muscle):
     spec = mujoco.MjSpec.from_string(TWO_JOINTS)
+    for model in (TWO_JOINTS, mujoco.MjModel.from_xml_string(TWO_JOINTS)):
+        with pytest.raises(InputError, match=f"MjSpec.*, not a {type(model).__name__}$"):
+            pamsim.attach(model, tendon="elbow_cable", muscle=muscle)
     with pytest.raises(InputError, match="did you mean 'elbow_cable'"):
         pamsim.attach(spec, tendon="elbow_cabel", muscle=muscle)
     pamsim.attach(spec, tendon="elbow_cable", muscle=muscle)

@@ -72,6 +72,7 @@ def test_a_good_recording_is_described_and_raises_no_suspicion(tmp_path, run):
     assert json.loads((page / "check.json").read_text())["seen"] == found["seen"]
     assert "suspicious" not in shown
     assert "no link has a certain gap" in shown
+    assert "e+" not in shown  # sizes are read, not decoded
     links = found["links"]
     assert [one["link"] for one in links["outputs"]] == [
         "valves and air", "valves and air", "muscle", "muscle", "joint and transmission"

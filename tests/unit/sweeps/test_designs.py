@@ -83,7 +83,7 @@ def test_a_design_that_does_not_fit_its_factors_is_refused():
         (Design.GRID, {key: {**UNIT, "count": 400} for key in "abc"}, 0, "64,000,000 com"),
         (Design.ROWS, {"a": {"values": [1]}, "b": {"values": [1, 2]}}, 0, "here: a 1, b 2"),
         (Design.SOBOL, {"a": {"values": [1]}}, 8, "vary.a lists values; design 'sobol' draws"),
-        (Design.RANDOM, {"a": NORMAL}, 0, "runs is missing"),
+        (Design.RANDOM, {"a": NORMAL}, 0, "runs is missing or 0"),
         (Design.SOBOL, {"a": NORMAL}, 10**12, "1,000,000,000,000 runs"),
         (Design.SENSITIVITY, {"a": NORMAL, "b": NORMAL}, 2**30, "4,294,967,296 runs"),
         (Design.GRID, {"a": {"values": [1]}}, 8, "leave runs out"),
