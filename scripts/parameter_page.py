@@ -30,8 +30,9 @@ INTRODUCTION = """\
 
 `field` [unit] = default: meaning. **Bold** fields must be stated where the group is; others are 0
 unless a default is given. Groups without *Needed* may be left out. A value may be in any unit of
-the quantity; one outside its range is refused (`pamsim list params` prints the ranges). How the
-file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written by
+the quantity; one outside its range is refused (`pamsim list params` prints the ranges). Fields
+`learned_...` are of curves that `pamsim diagnose` fits and writes. How the file is written: [your
+own rig](rig.md); equations and sources: [theory](theory.md). Written by
 `scripts/parameter_page.py`.
 """
 
@@ -87,7 +88,9 @@ def _laws(name: str, when: str, cards: Collection[ForceLaw | Operator]) -> Itera
 def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
     return tuple(
-        f"- {_stated(name, spec.unit, defaults[name])}: {spec.doc}\n" for name, spec in specs(group)
+        f"- {_stated(name, spec.unit, defaults[name])}: {spec.doc}\n"
+        for name, spec in specs(group)
+        if not name.startswith("learned_")
     )
 
 

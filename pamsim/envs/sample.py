@@ -13,11 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pamsim.core.units import FloatArray
+from pamsim.engine.jit import hand_to_numba, reached_functions
 from pamsim.engine.rig import Rig
 from pamsim.envs.episode import NOISE, TORQUE
 from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
 from pamsim.numba_cache import numba
+from pamsim.physics.spline import curve_of_8
 from pamsim.recordings.sensors import MeasurementChain
 
 ERROR_SHARE = 0.25
@@ -29,6 +31,8 @@ fortieth of the travel, 0.5 deg on `mas20_arm`."""
 
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
+
+hand_to_numba(reached_functions(curve_of_8))
 
 RUNAWAY = 100.0
 """Position beyond which a simulation has broken down [rad or m]."""
@@ -55,6 +59,7 @@ class Sampling(NamedTuple):
     before: FloatArray  # (n, s) memory: signals behind their couplings at the last sample
     measured: FloatArray  # (n, s) memory: readings at the last sample
     commands: FloatArray  # (n, k, m) memory: of the step if delayed, and of the last k - 1 steps
+    learned: FloatArray  # (n, 10) ends and control values of a further error of the positions
 
     def set_errors(self, number: int, rig: Rig, *, rounded: bool) -> None:
         """Give one rig's instruments the errors that its measurement chain states.
@@ -72,6 +77,7 @@ class Sampling(NamedTuple):
             self.gain[number, columns], self.bend[number, columns] = gain, bend
             self.bias[number, columns] = bias
             self.done[number, columns], self.along[number, columns] = done, 1.0 - done / ratio
+        self.learned[number] = own.learned
         self.slack[number, :joints] = 0.5 * own.angle_backlash
         if rounded:
             turn = 2.0 * math.pi / own.encoder_increments if own.encoder_increments else 0.0
@@ -102,6 +108,7 @@ def new_sampling(
         np.array(noise, dtype=float),
         *memory,
         commands=np.zeros((*shape, muscles)),
+        learned=np.zeros((shape[0], len(MeasurementChain().learned))),
     )
 
 
@@ -139,6 +146,11 @@ def take_sample(s, rigs, first, true, command, table, at, observation, terms, br
             s.held[rig, column], s.before[rig, column] = held, now
             gain = s.gain[rig, column] + s.bend[rig, column] * held
             reading = gain * held + s.bias[rig, column]
+            c = s.learned[rig]
+            if column < joints and c[1] > c[0]:
+                reading += curve_of_8(
+                    held, c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9]
+                )
             reading += s.noise[column] * following[NOISE * joints + column]
             step = s.step[rig, column]
             if step > 0.0:

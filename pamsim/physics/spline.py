@@ -12,6 +12,10 @@ the outermost control value, and beyond them it stays at that.
 
 from __future__ import annotations
 
+import numpy as np
+
+from pamsim.core.units import FloatArray
+
 
 def place(x: float, low: float, high: float, count: int) -> float:
     """Place u among ``count`` control values of an x, moved to the nearer end from beyond."""
@@ -97,3 +101,17 @@ def integral_of_8(
     if x > high:
         return value + c_8 * (x - high)
     return value
+
+
+def shares(x: FloatArray, low: float, high: float, count: int) -> FloatArray:
+    """Weight of each of ``count`` control values in a curve at places, (n,) to (n, count) [-]."""
+    u = (count - 1) * (np.clip(x, low, high) - low) / (high - low)
+    t = np.abs(u[:, np.newaxis] - np.arange(-1, count + 1))
+    # The same cubics: each power is cut off where it would be below 0.
+    of_all = (np.maximum(2.0 - t, 0.0) ** 3 - 4.0 * np.maximum(1.0 - t, 0.0) ** 3) / 6.0
+    own, first, last = of_all[:, 1:-1], of_all[:, 0], of_all[:, -1]
+    own[:, 0] += 2.0 * first
+    own[:, 1] -= first
+    own[:, -1] += 2.0 * last
+    own[:, -2] -= last
+    return own

@@ -13,7 +13,15 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.core.units import FloatArray
 from pamsim.physics.hysteresis.maxwell_slip import play
+from pamsim.physics.spline import shares
 from pamsim.recordings.recording import Recording
+
+CONTROLS = 8
+"""Control values of a learned error of the angle: bends in a seventh of the range."""
+
+_SETTLED, _ROUNDS = 1e-12, 60
+"""Change of a true angle [rad or m] at which a search for it ends, and its rounds at most: an error
+that grows by half as much as the angle takes 40."""
 
 _ON_INCREMENT = 0.02
 """Share of an increment by which written angles may miss it, as rounded in a file."""
@@ -45,6 +53,18 @@ class MeasurementChain(ParameterGroup, group="sensor"):
         "share of a recording, up to its end, in which the reported angles stand still",
         0.0,
     )
+    learned_low: float = quantity("[-100, 100] rad", "true angle at which its curve begins", 0.0)
+    learned_high: float = quantity("[-100, 100] rad", "true angle at which it ends", 0.0)
+    learned_1: float = quantity(
+        "[-3.2, 3.2] rad", "control value of a further error over the true angle, first", 0.0
+    )
+    learned_2: float = quantity("[-3.2, 3.2] rad", "second", 0.0)
+    learned_3: float = quantity("[-3.2, 3.2] rad", "third", 0.0)
+    learned_4: float = quantity("[-3.2, 3.2] rad", "fourth", 0.0)
+    learned_5: float = quantity("[-3.2, 3.2] rad", "fifth", 0.0)
+    learned_6: float = quantity("[-3.2, 3.2] rad", "sixth", 0.0)
+    learned_7: float = quantity("[-3.2, 3.2] rad", "seventh", 0.0)
+    learned_8: float = quantity("[-3.2, 3.2] rad", "eighth", 0.0)
     pressure_bias: float = quantity("[-1e6, 1e6] Pa", "reported minus true pressure at zero", 0.0)
     pressure_scale: float = quantity("[0.1, 10]", "reported per true change of pressure", 1.0)
     pressure_bend: float = quantity(
@@ -72,6 +92,17 @@ class MeasurementChain(ParameterGroup, group="sensor"):
     def pressure_step(self) -> float:
         """Resolution of the converter as a pressure [Pa]; 0 if unknown."""
         return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
+
+    @property
+    def learns(self) -> bool:
+        """Whether there is a learned error of the angle."""
+        return self.learned_high > self.learned_low
+
+    @property
+    def learned(self) -> tuple[float, ...]:
+        """Ends and control values of a learned error of the angle, see `pamsim.physics.spline`."""
+        values = [getattr(self, f"learned_{k}") for k in range(1, CONTROLS + 1)]
+        return self.learned_low, self.learned_high, *values
 
 
 def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
@@ -193,9 +224,10 @@ def quantised(recording: Recording, chain: MeasurementChain) -> Recording:
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it.
 
-    A coupling's backlash comes first, then the lag, the scale with its bend, and the bias, then the
-    clock that the angles are logged by, while commands and pressures share the other one, and last
-    what is dead of a channel. Instruments without errors report the same arrays.
+    A coupling's backlash comes first, then the lag, then the scale with its bend, the bias and what
+    was learned, then the clock that the angles are logged by, while commands and pressures share
+    the other one, and last what is dead of a channel. Instruments without errors report the same
+    arrays.
     """
     turned = through_backlash(recording.positions, chain.angle_backlash)
     turned = read_at_rest(lagged(recording.time, turned, chain.angle_lag), chain, "angle")
@@ -212,9 +244,10 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
 def read_at_rest(true: FloatArray, chain: MeasurementChain, of: str) -> FloatArray:
     """Reading (...) at rest of a true ``pressure`` [Pa] or ``angle`` [rad or m] (...)."""
     scale, bend, bias = _errors(chain, of)
-    if (scale, bend, bias) == (1.0, 0.0, 0.0):
-        return true
-    return (scale + bend * true) * true + bias
+    read = true
+    if (scale, bend, bias) != (1.0, 0.0, 0.0):
+        read = (scale + bend * true) * true + bias
+    return read + _learned_error(true, chain) if of == "angle" and chain.learns else read
 
 
 def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatArray:
@@ -223,12 +256,31 @@ def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatA
     Readings and results have one shape, any. Of two true values with one reading it is the one on
     the branch that holds zero.
     """
+    read = np.asarray(reading, dtype=float)
+    true = _without_learned(read, chain, of)
+    if of != "angle" or not chain.learns:
+        return true
+    # Each round takes off the error at the last one's angle.
+    for _ in range(_ROUNDS):
+        before = true
+        true = _without_learned(read - _learned_error(before, chain), chain, of)
+        if np.all(np.abs(true - before) <= _SETTLED):
+            break
+    return true
+
+
+def _without_learned(reading: FloatArray, chain: MeasurementChain, of: str) -> FloatArray:
     scale, bend, bias = _errors(chain, of)
-    read = np.asarray(reading, dtype=float) - bias
+    read = reading - bias
     if bend == 0.0:
         return read / scale
     # Beyond the turning point of the parabola no true value has such a reading: that point.
     return 2.0 * read / (scale + np.sqrt(np.maximum(scale * scale + 4.0 * bend * read, 0.0)))
+
+
+def _learned_error(true: FloatArray, chain: MeasurementChain) -> FloatArray:
+    low, high, *values = chain.learned
+    return (shares(true.ravel(), low, high, CONTROLS) @ values).reshape(true.shape)
 
 
 def _errors(chain: MeasurementChain, of: str) -> tuple[float, float, float]:

@@ -20,6 +20,7 @@ from pamsim.report.link_page import write_link_diagnosis
 from pamsim.twins.hide import hide
 from tests.plant.hidden.catalog import PLANT_EFFECTS
 from tests.plant.hidden.hidden_effect import PlantEffect, on_muscles
+from tests.plant.hidden.sensor_effects import periodic_error
 from tests.plant.hide import hide as hide_in_plant
 
 TILT = -0.12
@@ -189,6 +190,34 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
     assert report.learned == ()
     assert report.repair is None
     assert any("misses more (RMS): it is left out" in one for one in report.warnings)
+
+
+@pytest.mark.slow
+def test_an_error_of_the_sensor_is_learned_and_written_into_a_rig(tmp_path, monkeypatch):
+    """The encoder sits on a gear off its axis: four periods per turn of the joint."""
+    off_axis = PlantEffect(
+        name="off_axis", formulation="an eccentric gear", unit="rad", typical=0.01,
+        sensed=lambda run, size: run.with_angle(run.angle + periodic_error(run.angle, size, 4.0)),
+    )  # fmt: skip
+    monkeypatch.setitem(PLANT_EFFECTS, "off_axis", off_axis)
+    hidden = hide_in_plant(
+        "mas20_arm", {"off_axis": 1.0}, duration=5.0, repeats=3, forces=False,
+        protocols=("triangle", "staircase", "multisine"), formulation="plant", seed=5, step=7e-4,
+    )  # fmt: skip
+    hidden.save(tmp_path / "data")
+    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
+    (curve,) = report.learned
+    assert (curve.kind, curve.acts_at) == ("an error of the sensor over the position", "shaft")
+    assert (curve.at_unit, curve.unit) == ("deg", "deg")
+    assert curve.after < 1.15 < 2.0 < curve.before
+    true = np.degrees(periodic_error(np.radians(curve.at), 0.01, 4.0))
+    visited = np.abs(curve.at) < 20.0
+    assert np.sqrt(np.mean((curve.value - true)[visited] ** 2)) < 0.15 * np.abs(true).max()
+    report.save(tmp_path / "out")
+    again = pamsim.load_rig(tmp_path / "out" / "rig").sensor
+    assert again.learns
+    gap = report.gap["angle"]
+    assert gap.after < 0.5 * gap.before
 
 
 @pytest.mark.slow

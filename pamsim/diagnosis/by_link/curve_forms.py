@@ -41,16 +41,17 @@ def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dic
 
     Returns:
         ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
-        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction; empty if none
-        follows. And its numbers in the curve's units: ``torque``, ``stiffness``, where a stop
-        begins (``begin``) and whether above (``side`` 1) or below (-1), ``amplitude`` and
-        ``period``, ``damping``, ``coefficient``, the ``speed`` at which dry friction is built up,
-        ``slope``, and the ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
+        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction; ``constant``,
+        ``line`` or ``ripple`` of a sensor's error; empty if none follows. And its numbers in the
+        curve's units: ``value``, ``stiffness``, where a stop begins (``begin``) and whether above
+        (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``, ``coefficient``, the
+        ``torque`` of dry friction and the ``speed`` at which it is built up, ``slope``, and the
+        ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
     """
     about_mean = float(np.sum((value - value.mean()) ** 2))
     flat = about_mean <= (1.0 - FOLLOWS) * float(value @ value)
     if kind is not Kind.RATE and flat:
-        return "constant", {"torque": float(value.mean())}
+        return "constant", {"value": float(value.mean())}
     following: list[tuple[int, float, str, dict[str, float]]] = []
     for form, columns, known in _FORMS[kind](at):
         weights: FloatArray = np.linalg.lstsq(columns, value, rcond=None)[0].astype(float)
@@ -71,12 +72,22 @@ Form = tuple[str, FloatArray, dict[str, float]]
 
 
 def _over_position(at: FloatArray) -> Iterator[Form]:
-    ones, span = np.ones_like(at), float(np.ptp(at))
+    ones = np.ones_like(at)
     yield "spring", np.column_stack([at, ones]), {}
     for begin in np.linspace(at[0], at[-1], _GRID + 2)[1:-1].tolist():
         for side in (1.0, -1.0):
             beyond = np.maximum(side * (at - begin), 0.0)
             yield "stop", np.column_stack([side * beyond, ones]), {"begin": begin, "side": side}
+    yield from _ripples(at)
+
+
+def _of_reading(at: FloatArray) -> Iterator[Form]:
+    yield "line", np.column_stack([at, np.ones_like(at)]), {}
+    yield from _ripples(at)
+
+
+def _ripples(at: FloatArray) -> Iterator[Form]:
+    ones, span = np.ones_like(at), float(np.ptp(at))
     for turns in np.geomspace(1.0, 6.0, _GRID).tolist():
         phase = 2.0 * np.pi * turns * (at - at[0]) / span
         columns = np.column_stack([np.sin(phase), np.cos(phase), ones])
@@ -106,5 +117,6 @@ _FORMS = {
     Kind.RATE: _over_speed,
     Kind.PRESSED: _over_contraction,
     Kind.UNPRESSED: _over_contraction,
+    Kind.READING: _of_reading,
 }
 """Kind of curve -> forms that may follow it."""

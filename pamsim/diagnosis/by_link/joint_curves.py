@@ -13,12 +13,12 @@ from pamsim.diagnosis.by_link.learned_curve import POINTS, Curve, Kind
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
-from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force, learns
+from pamsim.physics.learned import LENGTH, SPEED, learns
+from pamsim.physics.spline import shares
 from pamsim.recordings.trial import Trial
 
-_POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
-"""Percentiles of what was visited, between which a curve is spread: rates of read positions have
-outliers."""
+_RATES = (0.2, 99.8)
+"""Percentiles of rates between which a curve is spread: those of read positions have outliers."""
 
 _FIELD, _COUNT = (
     {Kind.POSITION: "force_", Kind.RATE: "drag_"},
@@ -97,18 +97,12 @@ class JointPlace:
 
     def _columns(self, kind: Kind, at: FloatArray) -> dict[str, FloatArray]:
         """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
-        ends = {name.rpartition(".")[2]: end for name, end in self.ends((kind,)).items()}
-        over_length = kind is Kind.POSITION
-        lengths = np.interp(at, self.at, self.length) if over_length else np.zeros(at.size)
-        speeds = np.zeros(at.size) if over_length else self.middle * at
+        along = np.interp(at, self.at, self.length) if kind is Kind.POSITION else self.middle * at
         # A force against lengthening pulls the joint to where the tendon is shorter.
-        arm = np.interp(at, self.at, self.arm) if over_length else self.middle
-        found: dict[str, FloatArray] = {}
-        for name in self.controls(kind):
-            one = Learned(**ends, **{name.rpartition(".")[2]: 1.0})
-            force = [learned_force(one, *x) for x in zip(lengths, speeds, strict=True)]
-            found[name] = -arm * np.array(force)
-        return found
+        arm = np.interp(at, self.at, self.arm) if kind is Kind.POSITION else self.middle
+        low, high = self.ends((kind,)).values()
+        of_each = shares(along, low, high, _COUNT[kind])
+        return dict(zip(self.controls(kind), (-arm * of_each.T), strict=True))
 
 
 def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
@@ -120,9 +114,9 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
         seen = [trial for trial in trials if channel in trial.measured]
         if not seen:
             continue
-        read = [smoothed(trial.time, trial.measured[channel]) for trial in seen]
+        read = smoothed_readings(seen, channel)
         rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
-        at = np.linspace(*_between(read, _POSITIONS), POINTS)
+        at = np.linspace(*between(read), POINTS)
         poses = np.tile(rig.model.qpos0, (POINTS, 1))
         poses[:, rig.position_addresses[j]] = at
         arms = moment_arms(rig, poses)  # (n, m, j)
@@ -139,7 +133,7 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
                     joint=joint,
                     muscle=list(rig.muscles)[alone[0]],
                     at=at,
-                    rates=_between(rates, _RATES),
+                    rates=between(rates, _RATES),
                     length=lengths,
                     arm=arms[:, alone[0], j],
                 )
@@ -147,8 +141,14 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
     return found
 
 
-def _between(
-    signals: Sequence[FloatArray], percentiles: tuple[float, float]
+def smoothed_readings(trials: Sequence[Trial], channel: str) -> list[FloatArray]:
+    """Smoothed signals of a channel that every trial has."""
+    return [smoothed(trial.time, trial.measured[channel]) for trial in trials]
+
+
+def between(
+    signals: Sequence[FloatArray], percentiles: tuple[float, float] = (0.0, 100.0)
 ) -> tuple[float, float]:
+    """Percentiles of some signals together, their least and largest values if left out."""
     low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
     return low, high

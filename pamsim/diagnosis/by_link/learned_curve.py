@@ -1,4 +1,4 @@
-"""A curve that was learned of a force without a name, and the place that it acts at."""
+"""A curve that was learned of what has no name, and the place that it acts at."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ class Kind(StrEnum):
     RATE = "a torque over the speed"
     PRESSED = "a tension per pressure over the contraction"
     UNPRESSED = "a tension over the contraction"
+    READING = "an error of the sensor over the position"
 
     @property
     def over(self) -> str:
@@ -26,9 +27,11 @@ class Kind(StrEnum):
         return self.rpartition(" ")[2]
 
     @property
-    def part(self) -> str:
-        """Part of the chain in which it acts."""
-        return MUSCLE if self in (Kind.PRESSED, Kind.UNPRESSED) else JOINT
+    def parts(self) -> tuple[str, ...]:
+        """Parts of the chain in which it acts."""
+        if self is Kind.READING:  # the motion that a muscle is given is read as well
+            return MUSCLE, JOINT
+        return (MUSCLE,) if self in (Kind.PRESSED, Kind.UNPRESSED) else (JOINT,)
 
 
 MUSCLES = "the muscles"
@@ -46,8 +49,8 @@ class Curve:
         acts_at: joint, or `MUSCLES`.
         at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
             same per s] or contractions [-].
-        value: (n,) torque in the direction in which the position grows [N m or N], tension [N] or
-            tension per pressure [m^2].
+        value: (n,) torque in the direction in which the position grows [N m or N], tension [N],
+            tension per pressure [m^2], or read less true position [rad or m].
         reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
     """
 
@@ -59,7 +62,7 @@ class Curve:
 
 
 class Place(Protocol):
-    """Something whose forces may have no name: a joint, or the muscles."""
+    """Something of which curves are learned: a joint, its sensor, or the muscles."""
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of its curves, from one end of what was visited to the other."""

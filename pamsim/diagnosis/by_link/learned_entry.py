@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pamsim.comparison.links import MUSCLE
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.diagnosis.by_link.curve_forms import description
@@ -25,8 +24,10 @@ class LearnedEntry:
         acts_at: joint, or `pamsim.diagnosis.by_link.learned_curve.MUSCLES`.
         at: (n,) what it runs over.
         at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction.
-        value: (n,) torque in the direction in which the position grows, or tension.
-        unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``.
+        value: (n,) torque in the direction in which the position grows, tension, or read less true
+            position.
+        unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``; of a
+            sensor's error that of the position.
         band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
             show it.
         holds: what it obeys within its band, see `properties`.
@@ -70,7 +71,7 @@ class LearnedEntry:
 
 
 _WORDS = {
-    "constant": "a constant {torque} {force}",
+    "constant": "a constant {value} {force}",
     "spring": "a spring of {stiffness} {force}/{at}",
     "stop": "a stop from {begin} {at} {way}, {stiffness} {force}/{at}",
     "ripple": "a ripple of +-{amplitude} {force}, its period {period} {at}",
@@ -139,13 +140,10 @@ def _units(rig: Rig, curve: Curve) -> tuple[str, float, str, float]:
     if curve.kind is Kind.UNPRESSED:
         return "%", 100.0, "N", 1.0
     turns = rig.joints[curve.acts_at] == "angle"
-    per = "" if curve.kind is Kind.POSITION else "/s"
-    return (
-        f"{'deg' if turns else 'm'}{per}",
-        DEG_PER_RAD if turns else 1.0,
-        "N*m" if turns else "N",
-        1.0,
-    )
+    at, scale, torque = ("deg", DEG_PER_RAD, "N*m") if turns else ("m", 1.0, "N")
+    if curve.kind is Kind.READING:
+        return at, scale, at, scale
+    return f"{at}/s" if curve.kind is Kind.RATE else at, scale, torque, 1.0
 
 
 def properties(curve: Curve) -> tuple[str, ...]:
@@ -157,7 +155,7 @@ def properties(curve: Curve) -> tuple[str, ...]:
     does one over the contraction: what a muscle gives with pressure, its air has done.
     """
     at, torque, reach = curve.at, curve.value, curve.reach
-    if curve.kind.part == MUSCLE:
+    if curve.kind not in (Kind.POSITION, Kind.RATE):
         return ()
     if curve.kind is Kind.POSITION:
         rise, error = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]

@@ -1,8 +1,9 @@
-"""What has no name gets a shape: a torque on a joint or a tension of muscles, learned from data.
+"""What has no name gets a shape: a torque, a tension or a sensor's error, learned from data.
 
 Where more than noise is left in muscles or joints and no effect tried explains it, curves without a
 formula stand in: forces along a tendon over its length and its speed (`pamsim.physics.learned`),
-tensions over the contraction with pressure and without (`pamsim.physics.learned_tension`). They are
+tensions over the contraction with pressure and without (`pamsim.physics.learned_tension`), and an
+error of the joint's sensor over the position (`pamsim.recordings.sensors`). They are
 fitted through the simulator as the effects are, and judged as an effect is, on units that no fit
 has seen. A braid that locks is a torque over the position, too: nuisance parameters keep what the
 rig states, and are refitted only where more than noise is left and the curves then predict better.
@@ -29,6 +30,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.diagnosis.by_link.search import WORTH
+from pamsim.diagnosis.by_link.sensor_curves import sensor_place
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
@@ -42,9 +44,10 @@ _TYPICAL = {
     Kind.RATE: 5.0,
     Kind.PRESSED: 5.0 / 3e5,
     Kind.UNPRESSED: 5.0,
+    Kind.READING: 5e-3,
 }
 """Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
-arm, or the area [m^2] on which 3 bar make that force."""
+arm, the area [m^2] on which 3 bar make that force, or an error of some tenths of a degree [rad]."""
 _MOST = 400.0  # largest control value that is sought, in typical ones
 
 
@@ -96,13 +99,12 @@ def learned_shape(
     Returns:
         The curves; None where they predict no better, or no joint or muscle can have one.
     """
-    muscles = muscle_place(rig, trials)
-    places: list[Place] = [*joint_places(rig, trials), *([muscles] if muscles else [])]
+    shared = (muscle_place(rig, trials), sensor_place(rig, trials))
+    places: list[Place] = [*joint_places(rig, trials), *(one for one in shared if one)]
     possible = [
         kind
         for kind in Kind
-        if any(kind.part in link.parts for link in links)
-        and any(place.controls(kind) for place in places)
+        if _holding(kind.parts, links) and any(place.controls(kind) for place in places)
     ]
     if not possible:
         return None
@@ -150,7 +152,7 @@ def learned_shape(
         return None
     names = {p.name for kind in learned_over for p in shapes[kind].parameters}
     controls = {name: value for name, value in best.values.items() if name in names}
-    seen = _holding({kind.part for kind in learned_over}, simulator.links)
+    seen = _holding({part for kind in learned_over for part in kind.parts}, simulator.links)
     before, after = (_mean(unseen, m, seen) for m in (rest, best))
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
@@ -167,7 +169,7 @@ def learned_shape(
     )
 
 
-def _holding(parts: Collection[str], links: Sequence[Link]) -> frozenset[Link]:
+def _holding(parts: Collection[str], links: Collection[Link]) -> frozenset[Link]:
     """Links that hold one of these parts of the chain."""
     return frozenset(link for link in links if set(parts) & set(link.parts))
 
@@ -181,7 +183,6 @@ def _effect(places: Sequence[Place], kind: Kind) -> Effect:
     typical = _TYPICAL[kind]
     return Effect(
         name=f"learned_{kind.name.lower()}",
-        link="muscle" if kind.part == MUSCLE else "joint",
         family="unnamed",
         missing=kind,
         look_alikes=(),

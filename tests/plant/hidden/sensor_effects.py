@@ -64,6 +64,13 @@ def reported(run: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
+def periodic_error(
+    angle: FloatArray, amplitude: float, periods: float = 1.0, phase: float = _PHASE
+) -> FloatArray:
+    """Error [rad] of so many periods per turn at angles (n,) [rad]."""
+    return amplitude * np.sin(periods * angle + phase)
+
+
 def _angle_error(error: Callable[[Recording, float], FloatArray]) -> Sensed:
     """The angle with an error, of a recording and the effect's size."""
     return lambda run, size: run.with_angle(run.angle + error(run, size))
@@ -162,7 +169,7 @@ EFFECTS = (
         resembles=("angle_bias", "angle_scale"),
         unit="rad",
         typical=0.02,
-        sensed=_angle_error(lambda run, size: size * np.sin(run.angle + _PHASE)),
+        sensed=_angle_error(lambda run, size: periodic_error(run.angle, size)),
         measure=_eccentric_error,
         signed=True,
     ),

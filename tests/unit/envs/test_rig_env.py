@@ -19,6 +19,7 @@ from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import Episode, random_parameters
 from pamsim.envs.rig_env import RigEnv
 from pamsim.envs.tasks import TASKS
+from pamsim.physics.spline import shares
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import lagged, through_backlash
 from tests.unit.core.refusals import all_refused
@@ -168,6 +169,10 @@ def test_an_instrument_shows_what_a_recording_would(made):
         "angle_backlash": 0.005,
         "angle_bend": 0.3,
         "angle_bias": 0.01,
+        "learned_low": -0.02,
+        "learned_high": 0.01,
+        "learned_2": 0.004,
+        "learned_7": -0.003,
         "pressure_scale": 1.1,
         "pressure_bend": 2e-7,
         "clock_offset": 0.1,  # of a log: the environment has none
@@ -178,7 +183,9 @@ def test_an_instrument_shows_what_a_recording_would(made):
     turned = through_backlash(rows[:, -1], 0.005)
     assert np.ptp(rows[:, -1]) > 0.01
     behind = lagged(env.rigs.period * np.arange(31), turned, 0.05)
-    assert rows[:, 0] == pytest.approx(behind + 0.3 * behind**2 + 0.01, abs=1e-12)
+    learned = shares(behind, -0.02, 0.01, 8) @ [0.0, 0.004, 0.0, 0.0, 0.0, 0.0, -0.003, 0.0]
+    assert np.ptp(learned) > 1e-3
+    assert rows[:, 0] == pytest.approx(behind + 0.3 * behind**2 + 0.01 + learned, abs=1e-12)
     true = env.rigs.true[0, 1]
     assert 1.1 * true + 2e-7 * true**2 == pytest.approx(rows[-1, 2])
     env.reset(seed=0)

@@ -27,6 +27,7 @@ from pamsim.recordings.sensors import (
 )
 from pamsim.recordings.signals import SignalNames
 from tests.unit.core.refusals import refused
+from tests.unit.physics.splines import by_scipy
 from tests.unit.recordings.drawn_recording import drawn_recording
 
 # Matiskova 2021, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
@@ -101,6 +102,23 @@ def test_a_bent_scale_is_undone_exactly():
     back = true_at_rest(read_at_rest(pressure, bent, "pressure"), bent, "pressure")
     np.testing.assert_allclose(back, pressure, rtol=1e-12, atol=1e-9)
     assert true_at_rest(9.0, bent, "angle") == pytest.approx(2.0 * 8.98 / 1.1)  # none reads so much
+
+
+def test_a_learned_error_of_the_angle_is_a_curve_over_the_true_angle_and_undone():
+    numbers = np.random.default_rng(8).normal(size=8) * 0.02
+    values = {f"learned_{k}": c for k, c in enumerate(numbers.tolist(), start=1)}
+    plain = {"angle_scale": 1.1, "angle_bend": -0.2, "angle_bias": 0.02}
+    chain = MeasurementChain(learned_low=-0.5, learned_high=0.4, **plain, **values)
+    angle = np.linspace(-0.6, 0.5, 41)
+    seen = read_at_rest(angle, chain, "angle")
+    error = by_scipy(numbers, (-0.5, 0.4), np.clip(angle, -0.5, 0.4))
+    assert seen == pytest.approx(read_at_rest(angle, MeasurementChain(**plain), "angle") + error)
+    assert true_at_rest(seen, chain, "angle") == pytest.approx(angle, abs=1e-11)
+    two = true_at_rest(seen.reshape(-1, 1), chain, "angle")
+    assert np.array_equal(two[:, 0], true_at_rest(seen, chain, "angle"))
+    assert np.array_equal(read_at_rest(angle, chain, "pressure"), angle)
+    assert not MeasurementChain(**values).learns
+    assert np.array_equal(distorted(TRUE, MeasurementChain(**values)).angle, TRUE.angle)
 
 
 @pytest.mark.parametrize("lag", [1e-4, 0.02, 3.0])

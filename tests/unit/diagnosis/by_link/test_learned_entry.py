@@ -15,7 +15,7 @@ from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 AT = np.linspace(-0.6, 0.5, 60)
 NOISE = 2e-3 * np.random.default_rng(2).normal(size=AT.size)
 CURVES = {
-    "constant": (Kind.POSITION, np.full_like(AT, 0.2), {"torque": 0.2}),
+    "constant": (Kind.POSITION, np.full_like(AT, 0.2), {"value": 0.2}),
     "spring": (Kind.POSITION, 0.1 - 0.8 * AT, {"stiffness": 0.8}),
     "stop": (
         Kind.POSITION,
@@ -31,6 +31,11 @@ CURVES = {
     "quadratic": (Kind.RATE, -0.5 * AT * np.abs(AT), {"coefficient": 0.5}),
     "dry": (Kind.RATE, -0.2 * np.tanh(AT / 0.03), {"torque": 0.2, "speed": 0.03}),
     "line": (Kind.UNPRESSED, 20.0 + 90.0 * AT, {"slope": 90.0}),
+    "ripple of a reading": (
+        Kind.READING,
+        4e-3 * np.sin(14.0 * AT + 0.7),
+        {"amplitude": 4e-3, "period": 2.0 * np.pi / 14.0},
+    ),
     "bump": (
         Kind.PRESSED,
         2e-5 * np.exp(-0.5 * ((AT - 0.1) / 0.15) ** 2),
@@ -42,7 +47,8 @@ CURVES = {
 def test_each_form_is_found_with_its_numbers():
     for form, (kind, value, numbers) in CURVES.items():
         noisy = value + NOISE * np.abs(value).max()
-        assert description(kind, AT, noisy) == (form, pytest.approx(numbers, rel=0.15))
+        expected = form.split()[0], pytest.approx(numbers, rel=0.15)
+        assert description(kind, AT, noisy) == expected
 
 
 def test_a_stop_on_the_other_side_pushes_up():
@@ -73,7 +79,7 @@ def test_a_curve_obeys_what_its_band_does_not_contradict():
     assert holds(Kind.POSITION, spring, 0.01) == ("restoring",)
     assert holds(Kind.POSITION, -spring, 0.01) == ()
     assert holds(Kind.POSITION, CURVES["ripple"][1], 0.01) == ()
-    assert holds(Kind.UNPRESSED, spring, 0.01) == ()
+    assert holds(Kind.UNPRESSED, spring, 0.01) == holds(Kind.READING, spring, 0.01) == ()
     for kind, torque in ((Kind.RATE, viscous), (Kind.POSITION, spring)):
         assert "passive" not in holds(kind, torque, 1.0)  # nothing is known
         assert "restoring" not in holds(kind, torque, 1.0)
@@ -98,8 +104,9 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
         after=1.05,
         p_value=1e-4,
     )
-    entries = {one.resembles: one for one in learned_entries(pamsim.load_rig("mas20_arm"), shape)}
-    assert set(entries) == set(CURVES)
+    found = learned_entries(pamsim.load_rig("mas20_arm"), shape)
+    entries = dict(zip(CURVES, found, strict=True))
+    assert [one.resembles for one in found] == [form.split()[0] for form in CURVES]
     assert all(one.words for one in entries.values())
     one = entries["stop"]
     assert one.band95 == pytest.approx(np.column_stack([one.value - 0.01, one.value + 0.01]))
@@ -115,4 +122,8 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert bump.value.max() == pytest.approx(2.0, rel=0.01)
     assert bump.numbers == pytest.approx({"height": 2.0, "middle": 10.0, "width": 30.0}, rel=0.1)
     assert line.numbers["slope"] == pytest.approx(0.9)
+    reading = entries["ripple of a reading"]
+    assert (reading.at_unit, reading.unit) == ("deg", "deg")
+    ripple = {"amplitude": math.degrees(4e-3), "period": 360.0 / 14.0}
+    assert reading.numbers == pytest.approx(ripple, rel=0.1)
     assert learned_entries(pamsim.load_rig("mas20_arm"), None) == ()

@@ -48,7 +48,7 @@ def test_the_range_is_that_of_all_muscles_against_their_free_lengths():
 
 def test_tensions_are_curves_of_the_muscles_alone():
     place = muscle_place(pamsim.load_rig("mas20_arm"), [recorded(angle=SWING)])
-    own = [kind for kind in Kind if kind.part == MUSCLE]
+    own = [kind for kind in Kind if kind.parts == (MUSCLE,)]
     assert [kind for kind in Kind if place.controls(kind)] == own
     assert place.ends([Kind.POSITION]) == {}
     assert set(place.ends([Kind.PRESSED])) == {"learned_tension.low", "learned_tension.high"}
