@@ -21,7 +21,8 @@ muscles have been for 98 % of the time. Finished rows are kept in out/learned_st
 With ``--kinds eccentric,...`` an error of the encoder is hidden as well, of three to eight periods
 per turn, as of a pinion off its axis or of a ring of magnets; no error of the angle sensor is
 tried. One with a single period is hardly more than a straight line over the arm's range, which
-other effects explain.
+other effects explain. A ``poppet`` is a valve whose flow grows less and less with its opening; no
+effect of the valves is tried, and inputs are such as open them in part.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ from pamsim.effects.catalog import EFFECTS
 from pamsim.recordings.trial import Trial
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.air import lifted
 from tests.plant.hidden.catalog import PLANT_EFFECTS
 from tests.plant.hidden.hidden_effect import PlantEffect, on_joint, on_muscles
 from tests.plant.hidden.sensor_effects import periodic_error
@@ -57,25 +59,30 @@ KEPT = Path("out/learned_study")
 RIG, INPUTS = "mas20_arm", ("triangle", "staircase", "multisine")
 POSITION, SPEED = ("sprocket_ripple",), ("joint_friction", "braid_friction")
 CONTRACTION = ("muscle_force", "pressure_force", "stretched_braid")
-READINGS = ("eccentric",)
+AROUND = ("eccentric", "poppet")
+"""What is hidden around muscles and joint, and drawn only by its name."""
+
 LEFT_OUT = {
     "ripple": POSITION, "detent": POSITION, "stop": POSITION,
     "drag": SPEED, "smooth_friction": SPEED,
     "swelling": CONTRACTION, "knot": CONTRACTION,
-    "eccentric": ("angle_sensor",),
+    "eccentric": ("angle_sensor",), "poppet": ("valve",),
 }  # fmt: skip
 """What is hidden without a name -> families that are not tried."""
 
-KINDS = (*[one for one in LEFT_OUT if one not in READINGS], "nothing", "library")
+KINDS = (*[one for one in LEFT_OUT if one not in AROUND], "nothing", "library")
 """What is drawn in turn, unless named."""
 
 RIGHT = {
     "ripple": Kind.POSITION, "detent": Kind.POSITION, "stop": Kind.POSITION,
     "drag": Kind.RATE, "smooth_friction": Kind.RATE,
     "swelling": Kind.PRESSED, "knot": Kind.UNPRESSED,
-    "eccentric": Kind.READING,
+    "eccentric": Kind.READING, "poppet": Kind.FLOW,
 }  # fmt: skip
 """What is hidden without a name -> the curve that is right."""
+
+OPENINGS = ("pulses", "bursts", "levels")
+"""Inputs that open valves by commands, in part and fully, and by regulators."""
 
 MUSCLES = {"swelling": "swell", "knot": "knot"}
 """What is hidden in the muscles -> the field of its size."""
@@ -104,6 +111,8 @@ def hidden_force(kind: str, rng: np.random.Generator) -> dict[str, float]:
             "periods": rng.uniform(3.0, 8.0),
             "phase": rng.uniform(0.0, 2.0 * np.pi),
         }
+    if kind == "poppet":
+        return {"lift": float(np.exp(rng.uniform(*np.log([0.4, 1.2]))))}
     at = np.radians(rng.uniform(-10.0, 10.0))
     size = float(np.exp(rng.uniform(*np.log([0.08, 0.3]))))  # N m
     return {
@@ -124,12 +133,15 @@ def hidden_force(kind: str, rng: np.random.Generator) -> dict[str, float]:
 
 
 def true_values(kind: str, fields: Mapping[str, float], at: FloatArray) -> FloatArray:
-    """What is hidden at positions [rad], speeds [rad/s] or contractions [-], (n,) [SI]."""
+    """What is hidden at positions [rad], speeds [rad/s], contractions or openings, (n,) [SI]."""
     if kind in MUSCLES:
         size, middle, width = fields.values()
         return size * np.exp(-0.5 * ((at - middle) / width) ** 2)
     if kind == "eccentric":
         return periodic_error(at, **fields)
+    if kind == "poppet":
+        share = np.maximum(np.abs(at), 1e-6)  # at 0 nothing flows
+        return np.array([lifted(one, fields["lift"]) / one - 1.0 for one in share.tolist()])
     without = read_rig(pamsim.load_rig(RIG), 0.0).joint
     there = without.copy()
     for name, value in fields.items():
@@ -140,7 +152,9 @@ def true_values(kind: str, fields: Mapping[str, float], at: FloatArray) -> Float
 
 
 def visited(kind: str, trials: Sequence[Trial]) -> tuple[float, float]:
-    """Positions [rad], speeds [rad/s] or contractions [-] between which the rig mostly was."""
+    """Positions [rad], speeds [rad/s], contractions or openings where the rig mostly was."""
+    if kind == "poppet":
+        return -1.0, 1.0
     if kind in MUSCLES:
         read = contractions(pamsim.load_rig(RIG), trials)
     else:
@@ -156,7 +170,7 @@ def where(kind: str, fields: Mapping[str, float]) -> dict[str, Any]:
     if kind == "eccentric":
         error = partial(true_values, kind, fields)
         return {"sensed": lambda run, _: run.with_angle(run.angle + error(run.angle))}
-    change = on_muscles if kind in MUSCLES else on_joint
+    change = on_muscles if kind in (*MUSCLES, "poppet") else on_joint
     return {"change": change(lambda _: fields)}
 
 
@@ -176,7 +190,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     recording = hide(
         name,
         effects,
-        protocols=INPUTS,
+        protocols=OPENINGS if kind == "poppet" else INPUTS,
         duration=5.0,
         repeats=3,
         forces=bool(seed % 2) or kind == "knot",

@@ -94,6 +94,7 @@ PARTS = {
             "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
             "diagnosis/by_link/joint_curves.py", "diagnosis/by_link/muscle_curves.py",
             "diagnosis/by_link/even_curves.py", "diagnosis/by_link/sensor_curves.py",
+            "diagnosis/by_link/valve_curves.py",
             "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/curve_forms.py",
         ),
         (
@@ -101,6 +102,7 @@ PARTS = {
             " unit/diagnosis/by_link/test_joint_curves.py"
             " unit/diagnosis/by_link/test_muscle_curves.py unit/physics/test_spline.py"
             " unit/diagnosis/by_link/test_sensor_curves.py"
+            " unit/diagnosis/by_link/test_valve_curves.py"
             " unit/diagnosis/by_link/test_learned_entry.py",
             f"{_FIELDS} unit/diagnosis/by_link physics/test_effects.py",
         ),

@@ -29,7 +29,7 @@ from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached
 from pamsim.physics.record import STATE_WORDS, MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
 from pamsim.physics.supply import sags
-from pamsim.physics.valves import MEASURED, PULSE, has_tube
+from pamsim.physics.valves import MEASURED, PULSE, has_tube, largest_factor
 
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
@@ -165,6 +165,7 @@ def _rounding_of_flow(
     if m.command == PULSE:  # which switches within a step, at an instant known to its rounding
         steep += abs(time) / timestep
     conductance = max(m.valve.conductance_fill, m.valve.conductance_exhaust)
+    conductance *= largest_factor(m.valve)
     conductance += m.chamber.leak_conductance
     gaps = m.chamber.laminar_leak_conductance + m.chamber.cross_leak_conductance
     through_gap = gaps * upstream / per_volume

@@ -20,6 +20,7 @@ from pamsim.physics.valves import (
     PULSE,
     VALVE,
     clamped_opening,
+    flow_share,
     has_tube,
     past_dead_zone,
 )
@@ -141,7 +142,7 @@ def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag:
 
     The opening is signed, dead zone included; the sag is the fall of the supply's pressure [Pa].
     """
-    left = past_dead_zone(m.valve, opening)
+    left = flow_share(m.valve, opening)
     source, conductance = m.chamber.atmosphere, -left * m.valve.conductance_exhaust
     if left > 0.0:
         source = m.valve.supply_pressure + m.chamber.atmosphere - sag

@@ -10,7 +10,7 @@ from pamsim.physics.friction import rubs
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import limited, static_force, volume_at_nominal_length
-from pamsim.physics.valves import WIDEST_DEAD_ZONE, has_tube
+from pamsim.physics.valves import WIDEST_DEAD_ZONE, has_tube, largest_factor
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
@@ -54,7 +54,7 @@ def regulator_time_constant(muscle: Muscle) -> float:
     """
     chamber, valve = muscle.chamber, muscle.valve
     air = (valve.critical_ratio, valve.laminar_ratio, chamber.temperature)
-    largest = max(valve.conductance_fill, valve.conductance_exhaust)
+    largest = max(valve.conductance_fill, valve.conductance_exhaust) * largest_factor(valve)
     flow = mass_flow(valve.supply_pressure + chamber.atmosphere, 0.0, largest, *air)
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
     dead = min(valve.dead_zone * (1.0 + abs(valve.dead_zone_asymmetry)), WIDEST_DEAD_ZONE)

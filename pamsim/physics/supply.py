@@ -27,7 +27,7 @@ from pamsim.core.units import FloatArray
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.muscle_valves import pressure_at_valve, reached_opening
 from pamsim.physics.record import MutableRow, Parameters, States
-from pamsim.physics.valves import past_dead_zone
+from pamsim.physics.valves import flow_share
 
 Valves: TypeAlias = Sequence[Sequence[float]] | FloatArray
 
@@ -60,7 +60,7 @@ def fill_valve_of(
     """
     at_valve = pressure_at_valve(m, s, pressure_abs)
     opening = reached_opening(m, s, command, at_valve, time, timestep)
-    left = past_dead_zone(m.valve, opening)
+    left = flow_share(m.valve, opening)
     valve[0] = m.valve.supply_pressure + m.chamber.atmosphere
     valve[1] = at_valve
     valve[2] = 0.0 if left <= 0.0 else left * m.valve.conductance_fill

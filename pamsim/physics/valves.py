@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from pamsim.core.parameters import ParameterGroup, quantity
+from pamsim.physics.spline import curve_of_8
 
 COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure_set", "measured")
 """What the control of the actuator means: a signed opening, a signed duty, the set point of a
@@ -21,6 +22,9 @@ VALVE, PULSE, PRESSURE_SET, MEASURED = (float(code) for code in range(len(COMMAN
 
 WIDEST_DEAD_ZONE = 0.9
 """Opening up to which a valve may stay shut at most [-]."""
+
+CONTROLS = 8
+"""Control values of a learned change of the flow: bends in a seventh of the openings."""
 
 
 class ValvePair(ParameterGroup, group="valve"):
@@ -95,6 +99,18 @@ class ValvePair(ParameterGroup, group="valve"):
         "V of the tube at the valves, in addition to the dead volume; limits the time step",
         5e-6,
     )
+    learned_low: float = quantity("[-1, 1]", "signed opening at which a curve begins", 0.0)
+    learned_high: float = quantity("[-1, 1]", "signed opening at which it ends", 0.0)
+    learned_1: float = quantity(
+        "[-50, 50]", "control value of the flow's relative change over the opening, first", 0.0
+    )
+    learned_2: float = quantity("[-50, 50]", "second", 0.0)
+    learned_3: float = quantity("[-50, 50]", "third", 0.0)
+    learned_4: float = quantity("[-50, 50]", "fourth", 0.0)
+    learned_5: float = quantity("[-50, 50]", "fifth", 0.0)
+    learned_6: float = quantity("[-50, 50]", "sixth", 0.0)
+    learned_7: float = quantity("[-50, 50]", "seventh", 0.0)
+    learned_8: float = quantity("[-50, 50]", "eighth", 0.0)
     delay: float = quantity("[0, 1] s", "dead time of the command; in simulate only", 0.0)
     closing_delay: float = quantity(
         "[0, 1] s",
@@ -132,3 +148,51 @@ def past_dead_zone(valve: ValvePair, opening: float) -> float:
     if abs(opening) > zone:
         return math.copysign((abs(opening) - zone) / (1.0 - zone), opening)
     return 0.0 * opening  # not a plain 0: a NaN opening must not shut the valve silently
+
+
+def learns_flow(valve: ValvePair) -> bool:
+    """Whether a curve changes the flow."""
+    return valve.learned_high > valve.learned_low
+
+
+def flow_share(valve: ValvePair, opening: float) -> float:
+    """Signed share of a valve's conductance at a signed opening in [-1, 1] [-].
+
+    It is what the dead zone leaves of the opening, and may be larger than 1 where a learned curve
+    f changes the flow by 1 + f, never below 0: f runs over the opening from exhaust to fill, so
+    that each valve has a side of it, and they meet where nothing flows.
+    """
+    left = past_dead_zone(valve, opening)
+    if learns_flow(valve):
+        factor = 1.0 + curve_of_8(
+            opening,
+            valve.learned_low,
+            valve.learned_high,
+            valve.learned_1,
+            valve.learned_2,
+            valve.learned_3,
+            valve.learned_4,
+            valve.learned_5,
+            valve.learned_6,
+            valve.learned_7,
+            valve.learned_8,
+        )
+        left *= 0.0 if factor < 0.0 else factor
+    return left
+
+
+def largest_factor(valve: ValvePair) -> float:
+    """Largest factor of a learned curve on the flow [-], or 1: splines keep to control values."""
+    if not learns_flow(valve):
+        return 1.0
+    return 1.0 + max(
+        0.0,
+        valve.learned_1,
+        valve.learned_2,
+        valve.learned_3,
+        valve.learned_4,
+        valve.learned_5,
+        valve.learned_6,
+        valve.learned_7,
+        valve.learned_8,
+    )

@@ -221,6 +221,35 @@ def test_an_error_of_the_sensor_is_learned_and_written_into_a_rig(tmp_path, monk
 
 
 @pytest.mark.slow
+def test_a_flow_that_grows_less_and_less_is_learned_over_the_opening(tmp_path, monkeypatch):
+    """Poppets whose flow hardly grows beyond 60 % of their lift; the model's is proportional."""
+    poppet = PlantEffect(
+        name="poppet", formulation="a poppet valve", unit="1", typical=0.6,
+        change=on_muscles("lift"),
+    )  # fmt: skip
+    monkeypatch.setitem(PLANT_EFFECTS, "poppet", poppet)
+    hidden = hide_in_plant(
+        "mas20_arm", {"poppet": 1.0}, duration=5.0, repeats=3, forces=False,
+        protocols=("pulses", "bursts", "levels"), formulation="plant", seed=3, step=7e-4,
+    )  # fmt: skip
+    hidden.save(tmp_path / "data")
+    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
+    (curve,) = report.learned
+    assert curve.kind == "a relative change of the flow over the opening"
+    assert (curve.acts_at, curve.at_unit, curve.unit) == ("the valves", "%", "%")
+    share = np.abs(curve.at) / 100.0
+    true = 100.0 * (np.tanh(share / 0.6) / np.tanh(1.0 / 0.6) / share - 1.0)
+    seen = share > 0.3  # what pulses open
+    assert np.sqrt(np.mean((curve.value - true)[seen] ** 2)) < 0.2 * np.abs(true).max()
+    assert curve.after - 1.0 < 0.2 * (curve.before - 1.0)
+    report.save(tmp_path / "out")
+    again = pamsim.load_rig(tmp_path / "out" / "rig").muscles["muscle_2"].valve
+    assert again.learned_high > again.learned_low
+    gap = report.gap["pressure_1"]
+    assert gap.after < 0.5 * gap.before
+
+
+@pytest.mark.slow
 def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path, monkeypatch):
     """A further area of 0.8 cm^2 at a contraction of 1 %, which pressures show as forces do."""
     swelling = PlantEffect(

@@ -58,6 +58,7 @@ EFFECTS = {
     "learned_over_length": {"muscle_1:learned.low": -0.005, "muscle_1:learned.force_4": 30.0},
     "learned_tension": {"learned_tension.high": 0.05, "learned_tension.area_3": 1e-4},
     "learned_pull": {"learned_tension.high": 0.05, "learned_tension.pull_4": 30.0},
+    "learned_flow": {"valve.learned_high": 1.0, "valve.learned_5": 0.4},
     "learned_over_speed": {"muscle_1:learned.slowest": -0.02, "muscle_1:learned.drag_4": 5.0},
 }
 SHAPES = {
@@ -80,6 +81,7 @@ SHAPES = {
     "learned.drag_2": -5.0,
     "learned_tension.area_2": 1e-4,
     "learned_tension.pull_5": 30.0,
+    "valve.learned_3": 0.4,
     "valve.supply_volume": 1e-4,
     "valve.supply_line": 1.0,
     "valve.tube_volume": 5e-5,

@@ -87,9 +87,16 @@ def opening(m: Record, command: float, by_pressure: bool, pressure: float, time:
         wanted = max(wanted - m.dead_zone_fill, 0.0) / (1.0 - m.dead_zone_fill)
     else:
         wanted = min(wanted + m.dead_zone_exhaust, 0.0) / (1.0 - m.dead_zone_exhaust)
+    if m.lift > 0.0:
+        wanted = math.copysign(lifted(abs(wanted), m.lift), wanted)
     if m.stuck_fills != 0.0 and time >= m.stuck_from and wanted * m.stuck_fills > m.stuck_at:
         wanted = m.stuck_at * m.stuck_fills
     return wanted
+
+
+def lifted(share: float, over: float) -> float:
+    """Share of a poppet valve's flow at a share of its lift [-]: little is gained in the end."""
+    return math.tanh(share / over) / math.tanh(1.0 / over)
 
 
 def flows(m: Record, wanted: float, inside: float, supply: float) -> tuple[float, float]:

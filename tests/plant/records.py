@@ -98,6 +98,7 @@ hardening                   # tension around which the chain's compliance falls 
 slew slew_scale             # full scale per second of the command's line [1/s]; full scale
 second_lag                  # behind the first [s]
 stuck_from stuck_at         # time from which the valve opens no further than this [s, -]
+lift                        # opening over which poppets lift out of the way of the flow [-]
 stuck_fills                 # 1 for the fill valve, -1 for the exhaust valve, 0 for neither
 """)
 

@@ -226,7 +226,7 @@ MUSCLE = {
     "cubic_at": 0.02, "sinh": 100.0, "sinh_at": 0.02, "cone": 1.0, "cone_bend": 1e-3,
     "ageing": 0.1, "ageing_time": 1.0, "laminar_leak": 1e-12, "nozzle": 1.0, "heat_time": 0.3,
     "lag": 0.02, "second_lag": 0.01, "rub": 5.0, "rub_static": 5.0, "rub_share": 0.01,
-    "stuck_fills": 1.0, "stuck_at": 0.5, "teeth": 1e-4, "braid_rub": 1e-4,
+    "stuck_fills": 1.0, "stuck_at": 0.5, "teeth": 1e-4, "braid_rub": 1e-4, "lift": 0.6,
     **{f"creep_time_{k}": 0.1 * (k + 1) for k in range(5)},
 }  # fmt: skip
 

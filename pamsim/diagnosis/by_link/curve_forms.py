@@ -41,12 +41,12 @@ def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dic
 
     Returns:
         ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
-        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction; ``constant``,
-        ``line`` or ``ripple`` of a sensor's error; empty if none follows. And its numbers in the
-        curve's units: ``value``, ``stiffness``, where a stop begins (``begin``) and whether above
-        (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``, ``coefficient``, the
-        ``torque`` of dry friction and the ``speed`` at which it is built up, ``slope``, and the
-        ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
+        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction or opening;
+        ``constant``, ``line`` or ``ripple`` of a sensor's error; empty if none follows. And its
+        numbers in the curve's units: ``value``, ``stiffness``, where a stop begins (``begin``) and
+        whether above (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``,
+        ``coefficient``, the ``torque`` of dry friction and the ``speed`` at which it is built up,
+        ``slope``, and the ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
     """
     about_mean = float(np.sum((value - value.mean()) ** 2))
     flat = about_mean <= (1.0 - FOLLOWS) * float(value @ value)
@@ -102,7 +102,7 @@ def _over_speed(at: FloatArray) -> Iterator[Form]:
         yield "dry", np.tanh(at / own)[:, np.newaxis], {"speed": own}
 
 
-def _over_contraction(at: FloatArray) -> Iterator[Form]:
+def _smooth(at: FloatArray) -> Iterator[Form]:
     ones, span = np.ones_like(at), float(np.ptp(at))
     yield "line", np.column_stack([at, ones]), {}
     for middle in np.linspace(at[0], at[-1], _GRID).tolist():
@@ -115,8 +115,9 @@ def _over_contraction(at: FloatArray) -> Iterator[Form]:
 _FORMS = {
     Kind.POSITION: _over_position,
     Kind.RATE: _over_speed,
-    Kind.PRESSED: _over_contraction,
-    Kind.UNPRESSED: _over_contraction,
+    Kind.PRESSED: _smooth,
+    Kind.UNPRESSED: _smooth,
     Kind.READING: _of_reading,
+    Kind.FLOW: _smooth,
 }
 """Kind of curve -> forms that may follow it."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.links import JOINT, MUSCLE, Link, whole_run
+from pamsim.comparison.links import Link, whole_run
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
@@ -55,7 +55,7 @@ class LinkDiagnosis:
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
         whole: the same, refitted in the whole chain; None where something is left.
-        shape: curves learned of what is left in muscles and joints; None if nothing is, or no curve
+        shape: curves learned of what is left; None if nothing is, or no curve
             predicts it.
         notes: what it rests on, if that is not repeats and whole trials.
         limits: from which an effect is claimed, and material.
@@ -150,7 +150,7 @@ def diagnose_links(
     if whole is not None:
         found = confirmed(found, sizes(*whole))
     shape = None
-    nameless = [k for k, one in unexplained.items() if one.counts and {MUSCLE, JOINT} & {*k.parts}]
+    nameless = [link for link, one in unexplained.items() if one.counts]
     if nameless:
         steps.begin("a shape for what has no name")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from pamsim.comparison.links import JOINT, MUSCLE
+from pamsim.comparison.links import JOINT, MUSCLE, VALVES
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 
@@ -20,21 +20,24 @@ class Kind(StrEnum):
     PRESSED = "a tension per pressure over the contraction"
     UNPRESSED = "a tension over the contraction"
     READING = "an error of the sensor over the position"
+    FLOW = "a relative change of the flow over the opening"
 
     @property
     def over(self) -> str:
-        """What it runs over: ``position``, ``speed`` or ``contraction``."""
+        """What it runs over: ``position``, ``speed``, ``contraction`` or ``opening``."""
         return self.rpartition(" ")[2]
 
     @property
     def parts(self) -> tuple[str, ...]:
         """Parts of the chain in which it acts."""
+        if self is Kind.FLOW:
+            return (VALVES,)
         if self is Kind.READING:  # the motion that a muscle is given is read as well
             return MUSCLE, JOINT
         return (MUSCLE,) if self in (Kind.PRESSED, Kind.UNPRESSED) else (JOINT,)
 
 
-MUSCLES = "the muscles"
+MUSCLES, ALL_VALVES = "the muscles", "the valves"
 """Where a curve acts that all muscles have."""
 
 POINTS = 60  # of a curve that is written
@@ -46,11 +49,12 @@ class Curve:
 
     Attributes:
         kind: of curve.
-        acts_at: joint, or `MUSCLES`.
+        acts_at: joint, `MUSCLES` or `ALL_VALVES`.
         at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
-            same per s] or contractions [-].
+            same per s] or contractions or signed openings, fill above 0 [-].
         value: (n,) torque in the direction in which the position grows [N m or N], tension [N],
-            tension per pressure [m^2], or read less true position [rad or m].
+            tension per pressure [m^2], read less true position [rad or m], or change of the flow
+            as a share of it [-].
         reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
     """
 
@@ -62,7 +66,7 @@ class Curve:
 
 
 class Place(Protocol):
-    """Something of which curves are learned: a joint, its sensor, or the muscles."""
+    """Something of which curves are learned: a joint, its sensor, the muscles or their valves."""
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of its curves, from one end of what was visited to the other."""

@@ -23,11 +23,11 @@ class LearnedEntry:
         kind: of curve.
         acts_at: joint, or `pamsim.diagnosis.by_link.learned_curve.MUSCLES`.
         at: (n,) what it runs over.
-        at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction.
+        at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction or opening.
         value: (n,) torque in the direction in which the position grows, tension, or read less true
             position.
         unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``; of a
-            sensor's error that of the position.
+            sensor's error that of the position; of a change of the flow ``%``.
         band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
             show it.
         holds: what it obeys within its band, see `properties`.
@@ -139,6 +139,8 @@ def _units(rig: Rig, curve: Curve) -> tuple[str, float, str, float]:
         return "%", 100.0, "N/bar", PA_PER_BAR
     if curve.kind is Kind.UNPRESSED:
         return "%", 100.0, "N", 1.0
+    if curve.kind is Kind.FLOW:
+        return "%", 100.0, "%", 100.0
     turns = rig.joints[curve.acts_at] == "angle"
     at, scale, torque = ("deg", DEG_PER_RAD, "N*m") if turns else ("m", 1.0, "N")
     if curve.kind is Kind.READING:

@@ -1,14 +1,15 @@
-"""What has no name gets a shape: a torque, a tension or a sensor's error, learned from data.
+"""What has no name gets a shape: a torque, tension, sensor's error or flow, learned from data.
 
-Where more than noise is left in muscles or joints and no effect tried explains it, curves without a
-formula stand in: forces along a tendon over its length and its speed (`pamsim.physics.learned`),
-tensions over the contraction with pressure and without (`pamsim.physics.learned_tension`), and an
-error of the joint's sensor over the position (`pamsim.recordings.sensors`). They are
-fitted through the simulator as the effects are, and judged as an effect is, on units that no fit
-has seen. A braid that locks is a torque over the position, too: nuisance parameters keep what the
-rig states, and are refitted only where more than noise is left and the curves then predict better.
-A curve is a description, never a name. Without load cells a tension over the contraction without
-pressure hardly differs from a torque over the joint's position: which of them it is stays open.
+Where more than noise is left and no effect tried explains it, curves without a formula stand in:
+forces along a tendon over its length and its speed (`pamsim.physics.learned`), tensions over the
+contraction with pressure and without (`pamsim.physics.learned_tension`), an error of the joint's
+sensor over the position (`pamsim.recordings.sensors`), and a change of the valves' flow over their
+opening (`pamsim.physics.valves`). They are fitted through the simulator as the effects are, and
+judged as an effect is, on units that no fit has seen. A braid that locks is a torque over the
+position, too: nuisance parameters keep what the rig states, and are refitted only where more than
+noise is left and the curves then predict better. A curve is a description, never a name. Without
+load cells a tension over the contraction without pressure hardly differs from a torque over the
+joint's position: which of them it is stays open.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.links import JOINT, MUSCLE, Link
+from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.joint_curves import joint_places
 from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
@@ -33,6 +34,7 @@ from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sensor_curves import sensor_place
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
+from pamsim.diagnosis.by_link.valve_curves import valve_place
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
@@ -45,9 +47,11 @@ _TYPICAL = {
     Kind.PRESSED: 5.0 / 3e5,
     Kind.UNPRESSED: 5.0,
     Kind.READING: 5e-3,
+    Kind.FLOW: 0.1,
 }
 """Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
-arm, the area [m^2] on which 3 bar make that force, or an error of some tenths of a degree [rad]."""
+arm, the area [m^2] on which 3 bar make that force, an error of some tenths of a degree [rad], or a
+tenth of the flow [-]."""
 _MOST = 400.0  # largest control value that is sought, in typical ones
 
 
@@ -56,7 +60,7 @@ class LearnedShape:
     """Curves that stand for what has no name.
 
     Attributes:
-        curves: of every joint that has some, and of the muscles.
+        curves: of every joint that has some, of the muscles, or of valves or a sensor.
         links: whose outputs they change.
         model: with the curves, as fitted.
         values: rig parameters of the curves, their ends among them [SI].
@@ -85,7 +89,7 @@ def learned_shape(
     *,
     seed: int,
 ) -> LearnedShape | None:
-    """Learn what is left in muscles and joints.
+    """Learn what is left in some links.
 
     Args:
         rig: as it is.
@@ -97,9 +101,9 @@ def learned_shape(
         seed: random seed of the sign flips.
 
     Returns:
-        The curves; None where they predict no better, or no joint or muscle can have one.
+        The curves; None where they predict no better, or nothing can have one.
     """
-    shared = (muscle_place(rig, trials), sensor_place(rig, trials))
+    shared = (muscle_place(rig, trials), sensor_place(rig, trials), valve_place(rig, trials))
     places: list[Place] = [*joint_places(rig, trials), *(one for one in shared if one)]
     possible = [
         kind
@@ -110,8 +114,8 @@ def learned_shape(
         return None
     with_ends = rig.with_parameters(_ends(places, possible))
     simulator, units = links_of(with_ends)
-    # All of them, since a curve that explains one link may spoil another.
-    behind = _holding({MUSCLE, JOINT}, simulator.links)
+    # All that a curve may change, since one that explains a link may spoil another.
+    behind = _holding({part for kind in possible for part in kind.parts}, simulator.links)
     fitter = LinkFitter(simulator, nuisance, units)
     own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
     # Nuisance parameters have stood in for what is left: fits with curves begin as the rig states.

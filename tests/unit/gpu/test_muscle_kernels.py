@@ -29,8 +29,9 @@ def variants(law: str, loop: str) -> Muscle:
     if (sum(map(ord, law + loop)) % 2) == 0:
         return muscle
     valve = dataclasses.replace(
-        muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02, hysteresis=0.05
-    )
+        muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02, hysteresis=0.05,
+        learned_low=-1.0, learned_high=0.9, learned_2=0.3, learned_5=-0.4, learned_8=0.2,
+    )  # fmt: skip
     return dataclasses.replace(
         muscle,
         valve=valve,

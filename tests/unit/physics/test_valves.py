@@ -28,10 +28,13 @@ from pamsim.physics.valves import (
     VALVE,
     ValvePair,
     clamped_opening,
+    flow_share,
+    largest_factor,
     past_dead_zone,
 )
 from tests.unit.physics.flat import gauge_pressure, kernel, rest_state
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, make
+from tests.unit.physics.splines import by_scipy
 
 SUPPLY, EXHAUST = 701325.0, 101325.0
 FILL, VENT = 6e-9, 9e-9
@@ -65,6 +68,29 @@ def regulated(set_point: float, pressure: float, band: float, dead_band: float) 
 
 def past(opening: float, zone: float, asymmetry: float) -> float:
     return past_dead_zone(made(dead_zone=zone, dead_zone_asymmetry=asymmetry).valve, opening)
+
+
+LEARNED = dict(zip((f"learned_{k}" for k in range(1, 9)), range(-2, 6), strict=True))
+CURVED = {"learned_low": -1.0, "learned_high": 0.8} | {n: 0.2 * c for n, c in LEARNED.items()}
+
+
+def test_a_learned_curve_changes_the_flow_by_its_share_of_it_and_turns_none_around():
+    curved = made(dead_zone=0.1, **CURVED)
+    control = 0.2 * np.arange(-2.0, 6.0)
+    for opening in np.linspace(-1.0, 1.0, 21).tolist():
+        factor = 1.0 + by_scipy(control, (-1.0, 0.8), min(opening, 0.8))
+        left = past_dead_zone(curved.valve, opening)
+        assert flow_share(curved.valve, opening) == pytest.approx(left * factor, abs=1e-12)
+        through = flow_through_valves(curved, 3e5, opening, 0.0)
+        without = flow_through_valves(made(dead_zone=0.1), 3e5, opening, 0.0)
+        assert through == pytest.approx(without * factor, abs=1e-15)
+        assert factor <= largest_factor(curved.valve) == 2.0
+    shut = made(**{**CURVED, "learned_1": -3.0}).valve
+    assert flow_share(shut, -1.0) == 0.0
+    assert math.isnan(flow_share(curved.valve, math.nan))
+    without_ends = made(**{name: 0.2 * c for name, c in LEARNED.items()}).valve
+    assert flow_share(without_ends, 0.3) == 0.3
+    assert largest_factor(without_ends) == 1.0
 
 
 def test_clamp_keeps_what_is_inside_and_stops_at_fully_open():

@@ -36,6 +36,7 @@ CURVES = {
         4e-3 * np.sin(14.0 * AT + 0.7),
         {"amplitude": 4e-3, "period": 2.0 * np.pi / 14.0},
     ),
+    "line of the flow": (Kind.FLOW, 0.1 - 0.4 * AT, {"slope": -0.4}),
     "bump": (
         Kind.PRESSED,
         2e-5 * np.exp(-0.5 * ((AT - 0.1) / 0.15) ** 2),
@@ -80,6 +81,7 @@ def test_a_curve_obeys_what_its_band_does_not_contradict():
     assert holds(Kind.POSITION, -spring, 0.01) == ()
     assert holds(Kind.POSITION, CURVES["ripple"][1], 0.01) == ()
     assert holds(Kind.UNPRESSED, spring, 0.01) == holds(Kind.READING, spring, 0.01) == ()
+    assert holds(Kind.FLOW, spring, 0.01) == ()
     for kind, torque in ((Kind.RATE, viscous), (Kind.POSITION, spring)):
         assert "passive" not in holds(kind, torque, 1.0)  # nothing is known
         assert "restoring" not in holds(kind, torque, 1.0)
@@ -122,6 +124,10 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert bump.value.max() == pytest.approx(2.0, rel=0.01)
     assert bump.numbers == pytest.approx({"height": 2.0, "middle": 10.0, "width": 30.0}, rel=0.1)
     assert line.numbers["slope"] == pytest.approx(0.9)
+    flow = entries["line of the flow"]
+    assert (flow.at_unit, flow.unit) == ("%", "%")
+    assert flow.value == pytest.approx(10.0 - 40.0 * AT)
+    assert flow.numbers["slope"] == pytest.approx(-0.4)
     reading = entries["ripple of a reading"]
     assert (reading.at_unit, reading.unit) == ("deg", "deg")
     ripple = {"amplitude": math.degrees(4e-3), "period": 360.0 / 14.0}
