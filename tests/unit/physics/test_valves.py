@@ -22,6 +22,8 @@ from pamsim.physics.muscle_valves import (
 )
 from pamsim.physics.record import COMMON, pack
 from pamsim.physics.step_limits import regulator_time_constant
+from pamsim.physics.supply import VALVE as VALVE_NUMBERS
+from pamsim.physics.supply import fill_valve_of
 from pamsim.physics.valves import (
     PRESSURE_SET,
     PULSE,
@@ -85,6 +87,9 @@ def test_a_learned_curve_changes_the_flow_by_its_share_of_it_and_turns_none_arou
         without = flow_through_valves(made(dead_zone=0.1), 3e5, opening, 0.0)
         assert through == pytest.approx(without * factor, abs=1e-15)
         assert factor <= largest_factor(curved.valve) == 2.0
+    seen_by_supply, states = [0.0] * VALVE_NUMBERS, SimpleNamespace(opening=0.0)
+    fill_valve_of(curved, states, 3e5, 0.5, 0.0, 1e-3, seen_by_supply)
+    assert seen_by_supply[2] == pytest.approx(flow_share(curved.valve, 0.5) * FILL)
     shut = made(**{**CURVED, "learned_1": -3.0}).valve
     assert flow_share(shut, -1.0) == 0.0
     assert math.isnan(flow_share(curved.valve, math.nan))

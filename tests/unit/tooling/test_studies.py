@@ -106,6 +106,20 @@ def test_the_page_states_how_well_shapes_are_learned():
     assert f"errors of {min(errors):.0f} to {max(errors):.0f} %" in text
 
 
+def test_the_page_states_how_well_errors_of_sensors_and_flows_of_valves_are_learned():
+    study, record = script("learned_study"), recorded("results/learned_study_around")
+    found, text = study.counted(record["rows"]), words("validation")
+    assert {key: record[key] for key in found} == found
+    assert f"draw of {len(record['rows'])} cases hides an error of the encoder" in text
+    assert f"right in {found['right']} of {found['hidden']}. The errors" in text
+    curves = [row["learned"][0] for row in record["rows"] if row["kind"] in study.AROUND]
+    errors = [100 * one["error"] / one["size"] for one in curves]
+    closed = [100 * (c["before"] - c["after"]) / (c["before"] - 1.0) for c in curves]
+    assert f"errors are {min(errors):.1f} to {max(errors):.1f} %" in text
+    assert f"at {100 * found['band_holds']:.1f} % of the places, and {min(closed):.1f} %" in text
+    assert (found["learned"]["nothing"], found["learned"]["library"]) == ("0 of 2", "0 of 2")
+
+
 runs = script("free_runs")
 
 
