@@ -178,7 +178,8 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
             ax.set_ylim(ends[0] - room, ends[1] + room)
         unit = one["unit"].replace("*", " ")
         x = f"{one['over']} of {one['acts_at']} [{one['at_unit']}]"
-        finish_axes(ax, x=x, y=f"learned [{unit}]")
+        quantity = one["kind"].partition(" over ")[0].partition(" ")[2]
+        finish_axes(ax, x=x, y=f"{quantity} [{unit}]")
     return figure
 
 

@@ -235,7 +235,7 @@ def test_a_flow_that_grows_less_and_less_is_learned_over_the_opening(tmp_path, m
     hidden.save(tmp_path / "data")
     report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
     (curve,) = report.learned
-    assert curve.kind == "a relative change of the flow over the opening"
+    assert curve.kind == "a change of the flow over the opening"
     assert (curve.acts_at, curve.at_unit, curve.unit) == ("the valves", "%", "%")
     share = np.abs(curve.at) / 100.0
     true = 100.0 * (np.tanh(share / 0.6) / np.tanh(1.0 / 0.6) / share - 1.0)

@@ -20,7 +20,7 @@ class Kind(StrEnum):
     PRESSED = "a tension per pressure over the contraction"
     UNPRESSED = "a tension over the contraction"
     READING = "an error of the sensor over the position"
-    FLOW = "a relative change of the flow over the opening"
+    FLOW = "a change of the flow over the opening"
 
     @property
     def over(self) -> str:
