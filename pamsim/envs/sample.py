@@ -32,10 +32,10 @@ fortieth of the travel, 0.5 deg on `mas20_arm`."""
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
 
-hand_to_numba(reached_functions(curve_of_8))
-
 RUNAWAY = 100.0
 """Position beyond which a simulation has broken down [rad or m]."""
+
+hand_to_numba(reached_functions(curve_of_8))  # which compiled steps of environments call
 
 
 class Sampling(NamedTuple):
