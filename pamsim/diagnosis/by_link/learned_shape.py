@@ -23,7 +23,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.links import Link
+from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.joint_curves import joint_places
 from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
@@ -114,8 +114,6 @@ def learned_shape(
         return None
     with_ends = rig.with_parameters(_ends(places, possible))
     simulator, units = links_of(with_ends)
-    # All that a curve may change, since one that explains a link may spoil another.
-    behind = _holding({part for kind in possible for part in kind.parts}, simulator.links)
     fitter = LinkFitter(simulator, nuisance, units)
     own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
     # Nuisance parameters have stood in for what is left: fits with curves begin as the rig states.
@@ -132,25 +130,32 @@ def learned_shape(
         # From no curve: what a large effect promises to first order is far off.
         chosen = [shapes[kind] for kind in kinds]
         start = {p.name: 0.0 for shape in chosen for p in shape.parameters}
-        return by.fit(begin, (*begin.effects, *chosen), start, behind)
+        return by.fit(begin, (*begin.effects, *chosen), start, around(kinds))
+
+    def around(kinds: Collection[Kind]) -> frozenset[Link]:
+        # All behind the valves, since a curve that explains one link there may spoil another.
+        parts = {p for k in kinds for p in ((VALVES,) if k is Kind.FLOW else (MUSCLE, JOINT))}
+        return _holding(parts, simulator.links)
+
+    def something_left(kinds: Collection[Kind]) -> bool:
+        left = unseen.remainders(best)
+        return any(left[link].counts for link in around(kinds))
 
     # One curve first: where it leaves something, two must predict better.
-    for offers in _promised(fitter, begin, shapes, behind):
+    for offers in _promised(fitter, begin, shapes, around(possible)):
         fits = [(fit, kinds) for kinds in offers if (fit := fitted(as_stated, kinds)) is not None]
         if not fits:
             break
         nearest, kinds = min(fits, key=lambda one: one[0].criterion)
-        something_left = True
         for one in (as_stated, fitter):
             fit = nearest if one is as_stated else fitted(one, kinds)
-            better = None if fit is None else unseen.better(fit, best, behind)
+            better = None if fit is None else unseen.better(fit, best, around(kinds))
             material = better is not None and better.gain >= units.limits.material
             if fit is not None and better and better.certain and material:
                 used, best, found, learned_over = one, fit, found or better, kinds
-            something_left = any(unseen.remainders(best)[link].counts for link in behind)
-            if not something_left:
+            if not something_left(kinds):
                 break
-        if learned_over != kinds or not something_left:
+        if learned_over != kinds or not something_left(possible):
             break
     if found is None:
         return None
