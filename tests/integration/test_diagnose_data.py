@@ -192,6 +192,23 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
     assert any("misses more (RMS): it is left out" in one for one in report.warnings)
 
 
+LOOPS = ("triangle", "staircase", "multisine")
+
+
+def with_a_curve(folder, monkeypatch, unnamed, protocols=LOOPS, *, forces=False, seed):
+    """What is learned of an effect that no library has; its report, curve and repaired rig."""
+    monkeypatch.setitem(PLANT_EFFECTS, unnamed.name, unnamed)
+    hidden = hide_in_plant(
+        "mas20_arm", {unnamed.name: 1.0}, duration=5.0, repeats=3, forces=forces,
+        protocols=protocols, formulation="plant", seed=seed, step=7e-4,
+    )  # fmt: skip
+    hidden.save(folder / "data")
+    report = pamsim.diagnose(folder / "data", rig="mas20_arm", effects=["muscle_mismatch"])
+    report.save(folder / "out")
+    (curve,) = report.learned
+    return report, curve, pamsim.load_rig(folder / "out" / "rig")
+
+
 @pytest.mark.slow
 def test_an_error_of_the_sensor_is_learned_and_written_into_a_rig(tmp_path, monkeypatch):
     """The encoder sits on a gear off its axis: four periods per turn of the joint."""
@@ -199,23 +216,14 @@ def test_an_error_of_the_sensor_is_learned_and_written_into_a_rig(tmp_path, monk
         name="off_axis", formulation="an eccentric gear", unit="rad", typical=0.01,
         sensed=lambda run, size: run.with_angle(run.angle + periodic_error(run.angle, size, 4.0)),
     )  # fmt: skip
-    monkeypatch.setitem(PLANT_EFFECTS, "off_axis", off_axis)
-    hidden = hide_in_plant(
-        "mas20_arm", {"off_axis": 1.0}, duration=5.0, repeats=3, forces=False,
-        protocols=("triangle", "staircase", "multisine"), formulation="plant", seed=5, step=7e-4,
-    )  # fmt: skip
-    hidden.save(tmp_path / "data")
-    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
-    (curve,) = report.learned
+    report, curve, rig = with_a_curve(tmp_path, monkeypatch, off_axis, seed=5)
     assert (curve.kind, curve.acts_at) == ("an error of the sensor over the position", "shaft")
     assert (curve.at_unit, curve.unit) == ("deg", "deg")
     assert curve.after < 1.15 < 2.0 < curve.before
     true = np.degrees(periodic_error(np.radians(curve.at), 0.01, 4.0))
     visited = np.abs(curve.at) < 20.0
     assert np.sqrt(np.mean((curve.value - true)[visited] ** 2)) < 0.15 * np.abs(true).max()
-    report.save(tmp_path / "out")
-    again = pamsim.load_rig(tmp_path / "out" / "rig").sensor
-    assert again.learns
+    assert rig.sensor.learns
     gap = report.gap["angle"]
     assert gap.after < 0.5 * gap.before
 
@@ -227,14 +235,9 @@ def test_a_flow_that_grows_less_and_less_is_learned_over_the_opening(tmp_path, m
         name="poppet", formulation="a poppet valve", unit="1", typical=0.6,
         change=on_muscles("lift"),
     )  # fmt: skip
-    monkeypatch.setitem(PLANT_EFFECTS, "poppet", poppet)
-    hidden = hide_in_plant(
-        "mas20_arm", {"poppet": 1.0}, duration=5.0, repeats=3, forces=False,
-        protocols=("pulses", "bursts", "levels"), formulation="plant", seed=3, step=7e-4,
-    )  # fmt: skip
-    hidden.save(tmp_path / "data")
-    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
-    (curve,) = report.learned
+    report, curve, rig = with_a_curve(
+        tmp_path, monkeypatch, poppet, ("pulses", "bursts", "levels"), seed=3
+    )
     assert curve.kind == "a change of the flow over the opening"
     assert (curve.acts_at, curve.at_unit, curve.unit) == ("the valves", "%", "%")
     share = np.abs(curve.at) / 100.0
@@ -242,8 +245,7 @@ def test_a_flow_that_grows_less_and_less_is_learned_over_the_opening(tmp_path, m
     seen = share > 0.3  # what pulses open
     assert np.sqrt(np.mean((curve.value - true)[seen] ** 2)) < 0.2 * np.abs(true).max()
     assert curve.after - 1.0 < 0.2 * (curve.before - 1.0)
-    report.save(tmp_path / "out")
-    again = pamsim.load_rig(tmp_path / "out" / "rig").muscles["muscle_2"].valve
+    again = rig.muscles["muscle_2"].valve
     assert again.learned_high > again.learned_low
     gap = report.gap["pressure_1"]
     assert gap.after < 0.5 * gap.before
@@ -256,21 +258,13 @@ def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path, monkeypa
         name="swelling", formulation="a bump over the contraction", unit="m^2", typical=8e-5,
         change=on_muscles("swell", swell_at=0.01, swell_width=0.015),
     )  # fmt: skip
-    monkeypatch.setitem(PLANT_EFFECTS, "swelling", swelling)
-    hidden = hide_in_plant(
-        "mas20_arm", {"swelling": 1.0}, duration=5.0, repeats=3, forces=True,
-        protocols=("triangle", "staircase", "multisine"), formulation="plant", seed=1, step=7e-4,
-    )  # fmt: skip
-    hidden.save(tmp_path / "data")
-    report = pamsim.diagnose(tmp_path / "data", rig="mas20_arm", effects=["muscle_mismatch"])
-    (curve,) = report.learned
+    report, curve, rig = with_a_curve(tmp_path, monkeypatch, swelling, forces=True, seed=1)
     assert (curve.kind, curve.unit) == ("a tension per pressure over the contraction", "N/bar")
     assert curve.resembles == "bump"
     assert curve.numbers == pytest.approx({"height": 8.0, "middle": 1.0, "width": 3.0}, rel=0.15)
     assert curve.before > 3.0
     assert curve.after < 1.1
-    report.save(tmp_path / "out")
-    again = pamsim.load_rig(tmp_path / "out" / "rig").muscles["muscle_2"].learned_tension
+    again = rig.muscles["muscle_2"].learned_tension
     assert again.high > again.low
     gap = report.gap["pressure_1"]
     assert gap.after < gap.before

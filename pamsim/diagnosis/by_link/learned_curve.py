@@ -51,7 +51,7 @@ class Curve:
         kind: of curve.
         acts_at: joint, `MUSCLES` or `ALL_VALVES`.
         at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
-            same per s] or contractions or signed openings, fill above 0 [-].
+            same per s], contractions [-], or signed openings, fill above 0 [-].
         value: (n,) torque in the direction in which the position grows [N m or N], tension [N],
             tension per pressure [m^2], read less true position [rad or m], or change of the flow
             as a share of it [-].

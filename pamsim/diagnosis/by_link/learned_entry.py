@@ -21,11 +21,11 @@ class LearnedEntry:
 
     Attributes:
         kind: of curve.
-        acts_at: joint, or `pamsim.diagnosis.by_link.learned_curve.MUSCLES`.
+        acts_at: joint, the muscles or the valves, as `Curve` has it.
         at: (n,) what it runs over.
         at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction or opening.
-        value: (n,) torque in the direction in which the position grows, tension, or read less true
-            position.
+        value: (n,) torque in the direction in which the position grows, tension, read less true
+            position, or change of the flow.
         unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``; of a
             sensor's error that of the position; of a change of the flow ``%``.
         band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
