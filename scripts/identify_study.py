@@ -4,8 +4,9 @@ r"""Errors, coverage and false alarms of identify on a known G2, and of public p
 
 Plant: K = 1, T1 = 0.0926 s, T2 = 0.57873 s (the slow constant of Matiskova 2021's G2; T1/T2 =
 0.16), sampled at 100 Hz for 20 s. Input: rest for 0.5 s, a step held for 2.5 s, then random levels
--1 and 1 held for 0.2 s each. Noise is white, or AR(1) with a correlation time of 0.1 or 0.3 s; dB
-is the variance of the clean output over that of the noise. 200 seeds each. Finished runs are in
+-1 and 1 held for 0.2 s each. Noise is white, or AR(1) with a correlation time of 0.1 or 0.3 s, or
+grows towards frequency 0: its spectrum as f^-0.6, 1/f or f^-1.4 from a period of 328 s on. dB is
+the variance of the clean output over that of the noise. 200 seeds each. Finished runs are in
 out/identify_study, so that a stopped study goes on where it was.
 
 Public peers need an environment of their own, since pamsim does not depend on them:
@@ -52,11 +53,14 @@ SCENARIOS: dict[str, dict[str, float]] = {
     "20 dB white": {"decibel": 20.0, "correlation_s": 0.0, "delay_s": DELAY},
     "20 dB coloured 0.1 s": {"decibel": 20.0, "correlation_s": 0.1, "delay_s": DELAY},
     "20 dB coloured 0.3 s": {"decibel": 20.0, "correlation_s": 0.3, "delay_s": DELAY},
+    "20 dB f^-0.6": {"decibel": 20.0, "exponent": 0.6, "delay_s": DELAY},
+    "20 dB 1/f": {"decibel": 20.0, "exponent": 1.0, "delay_s": DELAY},
+    "20 dB f^-1.4": {"decibel": 20.0, "exponent": 1.4, "delay_s": DELAY},
 }
 PEER_SCENARIOS: dict[str, dict[str, float]] = {
     name: {**options, "delay_s": 0.0}
     for name, options in SCENARIOS.items()
-    if name != "20 dB coloured 0.1 s"
+    if "correlation_s" in options and name != "20 dB coloured 0.1 s"
 }
 
 
@@ -71,13 +75,33 @@ def clean_output(given: FloatArray, delay: float, fast: float, slow: float) -> F
     return np.asarray(lfilter(above[0], below, held[: given.size * fine])[::fine])
 
 
-def planted(seed: int, *, decibel: float, correlation_s: float, delay_s: float) -> SignalRecord:
+def growing(rng: np.random.Generator, exponent: float) -> FloatArray:
+    """Noise of standard deviation 1 whose spectrum is ``f^-exponent``: a part of a long period."""
+    period = 1 << 15
+    frequency = np.fft.rfftfreq(period)[1:]
+    waves = rng.standard_normal((2, frequency.size)) * frequency ** (-0.5 * exponent)
+    whole = np.fft.irfft(np.append(0.0, waves[0] + 1j * waves[1]), period)
+    first = rng.integers(period - SAMPLES)
+    return whole[first : first + SAMPLES] / np.std(whole)
+
+
+def planted(
+    seed: int,
+    *,
+    decibel: float,
+    delay_s: float,
+    correlation_s: float = 0.0,
+    exponent: float | None = None,
+) -> SignalRecord:
     """One record of the plant."""
     rng = np.random.default_rng([seed, 7])
     levels = np.repeat(rng.choice([-1.0, 1.0], SAMPLES // 20 + 1), 20)
     u = np.concatenate([np.zeros(50), np.ones(250), levels])[:SAMPLES]
     y = clean_output(u, delay_s, FAST, SLOW)
-    errors = noise(rng, (SAMPLES,), correlation_s / INTERVAL, 1000)
+    if exponent is None:
+        errors = noise(rng, (SAMPLES,), correlation_s / INTERVAL, 1000)
+    else:
+        errors = growing(rng, exponent)
     y = y + OFFSET + np.std(y) * 10.0 ** (-decibel / 20.0) * errors
     return SignalRecord(f"{seed}", INTERVAL * np.arange(SAMPLES), u, y)
 

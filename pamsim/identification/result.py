@@ -307,6 +307,7 @@ class Identification(IdentificationResult):
             "held_out": self._scores(fit.held_out),
             "noise": {
                 "ar_order": noise.order,
+                "memory": noise.memory,
                 "standard_deviation": noise.standard_deviation / self.output.factor,
                 "correlation_s": noise.correlation_time(interval),
             },

@@ -90,7 +90,7 @@ def fit_separable(
     if plain.cost <= _PERFECT**2 * moves:
         noise = TrialNoise((ArNoise((), plain.cost / freedom),) * len(problem.outputs))
         return found(plain, _whitened_covariance(line), noise)
-    noise = fit_trial_noise(line.residuals, problem.sample_times)
+    noise = fit_trial_noise(line.residuals, problem.sample_times, long_memory=True)
     if weights is Weights.WHITE:
         return found(plain, _whitened_covariance(line), noise)
     # The residuals of a fit are smaller than the errors.
@@ -118,7 +118,7 @@ def fit_separable(
     much_worse = float(free_run @ free_run) > _MUCH_WORSE**2 * plain.cost
     if p_value < _DISAGREE or much_worse:
         first = linearise(problem, plain.x, plain.theta, WHITE).residuals
-        noise = fit_trial_noise(first, problem.sample_times)
+        noise = fit_trial_noise(first, problem.sample_times, long_memory=True)
         return found(plain, robust, noise, disagreement=p_value)
     return found(kept, covariance, noise, disagreement=p_value, weighted=True)
 
@@ -133,7 +133,7 @@ def _noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:
     deviation = np.sqrt(line.noise.variance)
     absorbed = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
     residuals = [residual for residual, _, _ in line.plain]
-    return fit_trial_noise(residuals, line.sample_times, absorbed)
+    return fit_trial_noise(residuals, line.sample_times, absorbed, long_memory=True)
 
 
 def _inverse_information(line: Linearised) -> FloatArray | None:

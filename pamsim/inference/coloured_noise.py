@@ -28,6 +28,13 @@ _lfiltic: Any = scipy.signal.lfiltic
 MOST_ORDERS = 30
 """Of an autoregressive model: more would follow the residual's misfit, too."""
 
+LONGEST_MEMORY = 200
+"""Samples that whitening reaches back in noise with a long memory. On 1/f noise in records of 2,000
+the interval of a gain holds in 96 of 100 with 200, in 39 of 40 with 2,000, at a tenth the time."""
+
+_MEMORY = np.arange(0.01, 0.5, 0.01)
+"""Exponents d tried; at 0.5 (1/f noise) the variance has no bound."""
+
 LARGEST_REFLECTION = 0.9999
 """Magnitude of a reflection coefficient; of 1 noise would never fade."""
 
@@ -41,10 +48,13 @@ class ArNoise:
             model is stationary; the AR(k), k < p, of its first k are the predictors for the
             start of a record.
         variance: of e [output unit^2].
+        memory: exponent d of noise whose spectrum grows as ``f^-2d`` towards frequency 0: the last
+            reflections are those of fractionally integrated noise. 0 if it fades.
     """
 
     reflections: tuple[float, ...]
     variance: float
+    memory: float = 0.0
 
     @property
     def order(self) -> int:
@@ -123,6 +133,8 @@ def fit_ar_noise(
     residuals: Sequence[FloatArray],
     most: int = MOST_ORDERS,
     absorbed: Sequence[FloatArray] = (),
+    *,
+    long_memory: bool = False,
 ) -> ArNoise:
     """Fit an AR model to residuals pooled over trials, its order by AICc.
 
@@ -132,6 +144,7 @@ def fit_ar_noise(
         absorbed: of each trial columns whose outer products sum to the covariance of the fitted
             output, shape ``(n_i, m_i)``: so much of the noise, slow noise above all, is in the
             fit instead of the residual. Empty of what was not fitted.
+        long_memory: whether noise that grows towards frequency 0 (1/f) is tried, too.
 
     Returns:
         The model; order 0 if white noise describes the residuals best.
@@ -146,7 +159,40 @@ def fit_ar_noise(
     variance = sum(float(row @ row) for row in rows) / total
     most = min(most, total // 10, min(r.size for r in residuals) // 4)
     reflections = burg_reflections(rows, most, LARGEST_REFLECTION)
-    return models_by_order(variance, reflections, total)[0]
+    best = models_by_order(variance, reflections, total)[0]
+    if not long_memory or best.variance <= 0.0 or len(reflections) < 2:
+        return best
+    longest = min(max(r.size for r in residuals) - 1, LONGEST_MEMORY)
+    return _with_memory(best, variance, np.array(reflections), total, longest) or best
+
+
+def _with_memory(
+    short: ArNoise, variance: float, reflections: FloatArray, total: int, longest: int
+) -> ArNoise | None:
+    """The best noise whose later reflections are those of fractional noise; None if AICc is not.
+
+    Source: ``d / (k - d)``, the partial autocorrelation of fractional noise at lag k: Hosking
+    (Biometrika 68, 1981). For the error of a step that takes another reflection than its own the
+    likelihood is that of Burg's recursion with the other one in its place.
+    """
+    lags, memory = np.arange(1, longest + 1), _MEMORY[:, np.newaxis]
+    fading = -memory / (lags - memory)
+    own = np.log1p(-np.square(reflections))
+    other = np.log(np.exp(own) + np.square(reflections - fading[:, : own.size]))
+    orders = np.arange(own.size)  # that keep their own reflections
+    kept = np.cumsum(own) - own
+    replaced = np.cumsum(other[:, ::-1], axis=1)[:, ::-1]
+    scores = total * (kept + replaced) + _penalty(orders + 2.0, total)
+    way, order = np.unravel_index(np.argmin(scores), scores.shape)
+    plain = total * np.log(short.variance / variance) + _penalty(short.order + 1.0, total)
+    if scores[way, order] >= plain:
+        return None
+    further = np.prod(1.0 - np.square(fading[way, own.size :]))
+    return ArNoise(
+        reflections=(*reflections[:order].tolist(), *fading[way, order:].tolist()),
+        variance=float(variance * np.exp(kept[order] + replaced[way, order]) * further),
+        memory=float(_MEMORY[way]),
+    )
 
 
 def within_limit(reflection: float) -> float:
@@ -176,7 +222,12 @@ def models_by_order(
         return ArNoise((), 0.0), ArNoise((), 0.0)
     variances = np.cumprod([variance, *(1.0 - np.square(reflections))])
     unknowns = 1.0 + np.arange(variances.size)  # the variance is one
-    penalty = 2.0 * unknowns * total / np.maximum(total - unknowns - 1.0, 1.0)
-    orders = int(np.argmin(total * np.log(variances) + penalty)), len(reflections)
+    scores = total * np.log(variances) + _penalty(unknowns, total)
+    orders = int(np.argmin(scores)), len(reflections)
     best, longest = (ArNoise(tuple(reflections[:k]), float(variances[k])) for k in orders)
     return best, longest
+
+
+def _penalty(unknowns: Any, total: int) -> Any:
+    """What AICc adds for this many unknowns."""
+    return 2.0 * unknowns * total / np.maximum(total - unknowns - 1.0, 1.0)

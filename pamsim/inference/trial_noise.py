@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class TrialNoise:
 
     def scaled(self, factor: float) -> TrialNoise:
         """The same noise with its variances multiplied."""
-        scaled = {m: ArNoise(m.reflections, m.variance * factor) for m in self._different}
+        scaled = {m: replace(m, variance=m.variance * factor) for m in self._different}
         return TrialNoise(tuple(scaled[model] for model in self.models))
 
     def independent(self, sizes: Sequence[int]) -> float:
@@ -81,6 +81,8 @@ def fit_trial_noise(
     residuals: Sequence[FloatArray],
     sample_times: Sequence[float],
     absorbed: Sequence[FloatArray] = (),
+    *,
+    long_memory: bool = False,
 ) -> TrialNoise:
     """Fit a model to the residuals of each sample time.
 
@@ -88,11 +90,14 @@ def fit_trial_noise(
         residuals: of each trial, (n_i,) [output unit].
         sample_times: of each trial [s].
         absorbed: of each trial, as for `pamsim.inference.coloured_noise.fit_ar_noise`.
+        long_memory: the same.
     """
     found: dict[int, ArNoise] = {}
     for group in same_rates(sample_times):
         own = fit_ar_noise(
-            [residuals[i] for i in group], absorbed=[absorbed[i] for i in group if absorbed]
+            [residuals[i] for i in group],
+            absorbed=[absorbed[i] for i in group if absorbed],
+            long_memory=long_memory,
         )
         found |= dict.fromkeys(group, own)
     return TrialNoise(tuple(found[i] for i in range(len(residuals))))

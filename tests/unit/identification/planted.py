@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete, lfilter, tf2ss
+from scipy.signal import cont2discrete, fftconvolve, lfilter, tf2ss
 
 from pamsim.core.errors import InputError
 from pamsim.identification.continuous import ContinuousStructure
@@ -44,6 +44,13 @@ def coloured(rng, n, phi):
     return np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white)[500:]
 
 
+def fractional(rng, n, d):
+    """Noise whose spectrum grows as f^-2d: its moving average, over 20,000 samples before it."""
+    lags = np.arange(1, n + 20_000)
+    weights = np.append(1.0, np.cumprod((lags - 1.0 + d) / lags))
+    return fftconvolve(rng.standard_normal(weights.size + n), weights)[weights.size :][:n]
+
+
 def record(
     seed,
     *,
@@ -52,6 +59,7 @@ def record(
     delay=0.0,
     noise=0.0,
     phi=0.0,
+    memory=None,
     n=600,
     interval=0.02,
     offset=0.7,
@@ -64,7 +72,8 @@ def record(
     above = [gain] if numerator is None else numerator
     below = lags(*constants) if denominator is None else denominator
     y = sampled(above, below, u, interval, delay)
-    y = offset + y + noise * coloured(rng, n, phi)
+    errors = coloured(rng, n, phi) if memory is None else fractional(rng, n, memory)
+    y = offset + y + noise * errors
     return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")
 
 

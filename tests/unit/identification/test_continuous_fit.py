@@ -170,6 +170,17 @@ def test_intervals_cover_under_white_and_coloured_noise(phi):
     assert np.mean(widths) == pytest.approx(3.92 * np.std(logs), rel=0.3)
 
 
+def test_intervals_of_a_gain_cover_where_noise_grows_towards_frequency_0():
+    held = 0
+    for seed in range(25):
+        given = record(
+            2000 + seed, constants=(0.58,), noise=0.1, memory=0.49, n=2000, interval=0.01, hold=20
+        )
+        low, high = fit_continuous([given], order=1)["K"].interval95
+        held += low <= 2.0 <= high
+    assert held >= 22  # 19 with autoregressive noise
+
+
 def test_intervals_cover_where_slow_noise_is_sampled_at_two_rates():
     held = 0
     for seed in range(25):

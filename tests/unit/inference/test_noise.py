@@ -10,16 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
+from scipy.special import gamma
 
 from pamsim.comparison.noise_floor import FloorRoute, noise_floor
 from pamsim.core.errors import InputError
-from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.inference.coloured_noise import LONGEST_MEMORY, ArNoise, fit_ar_noise
 from pamsim.inference.criteria import aicc_above_best, hannan_quinn
 from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_scatter
 from pamsim.inference.record_checks import uniform_interval
 from pamsim.inference.residual_block import ResidualBlock, layout
 from pamsim.inference.trial_noise import fit_trial_noise, same_rates
-from tests.unit.identification.planted import coloured
+from tests.unit.identification.planted import coloured, fractional
 
 REFLECTIONS = st.lists(st.floats(-0.95, 0.95), min_size=0, max_size=5)
 
@@ -56,6 +57,31 @@ def test_white_noise_is_mostly_left_white_and_no_residual_has_no_variance():
     assert np.mean(np.array(orders) == 0) > 0.5
     noise = fit_ar_noise([np.zeros(50)])
     assert (noise.order, noise.variance) == (0, 0.0)
+
+
+@pytest.mark.parametrize("d", [0.3, 0.45])
+def test_noise_with_a_long_memory_is_found_and_has_the_covariance_of_fractional_noise(d):
+    rng = np.random.default_rng(35)
+    noise = fit_ar_noise([fractional(rng, 2000, d) for _ in range(2)], long_memory=True)
+    assert noise.memory == pytest.approx(d, abs=0.06)
+    # Two coefficients instead of a dozen: its variance is that of the white noise it was made of.
+    assert noise.variance == pytest.approx(1.0, rel=0.05)
+    own = np.arange(1, LONGEST_MEMORY + 1)
+    exact = ArNoise(tuple(-d / (own - d)), 1.0).autocovariance(LONGEST_MEMORY)
+    # Hosking (1981): gamma(k) / gamma(k - 1) = (k - 1 + d) / (k - d).
+    lags = np.arange(1, LONGEST_MEMORY)
+    np.testing.assert_allclose(exact[1:] / exact[:-1], (lags - 1.0 + d) / (lags - d))
+    assert exact[0] == pytest.approx(gamma(1.0 - 2.0 * d) / gamma(1.0 - d) ** 2, rel=0.02)
+
+
+def test_noise_that_fades_has_no_memory():
+    rng = np.random.default_rng(36)
+    trials = [[coloured(rng, 2000, phi)] for phi in (0.0, 0.9) for _ in range(20)]
+    found = [fit_ar_noise(trial, long_memory=True) for trial in trials]
+    assert sum(noise.memory == 0.0 for noise in found) >= 34
+    assert all(noise.memory < 0.1 for noise in found)
+    assert fit_ar_noise([fractional(rng, 2000, 0.45)]).memory == 0.0  # where it is not asked for
+    assert fit_ar_noise([np.zeros(50)], long_memory=True) == ArNoise((), 0.0)
 
 
 def test_correlation_time_is_that_of_exponential_noise():
