@@ -5,17 +5,12 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.physics.record import slot
-from tests.plant.muscle import steady_pull
-from tests.plant.read_rig import read_rig
-from tests.unit.physics.flat import EXTENSION
 
 COMPLIANCE, PLAY, RADIUS, LOAD = 2e-6, 3e-4, 12.1276e-3, 1.2
-PRESSURES = 4.2e5, 1.1e5
 NO_LOOP = {"hysteresis.force_per_pressure": 0.0, "braid.extensibility": 0.0}
 """Muscles whose force depends on length and pressure alone, linear in pressure."""
 FREE = {"joint.shaft.damping": 0.0, "body.rig.tilt": 0.0}
@@ -29,65 +24,6 @@ def rig_with(compliance=0.0, relaxation=0.01, **changes):
 
 def play(size, **changes):
     return rig_with(**{"chain.backlash": size}, **NO_LOOP, **changes)
-
-
-def balance(plant):
-    """Angle and tensions at which the static torques of chains and load cancel."""
-    joint = plant.joint[0]
-
-    def tension(m, length, pressure):
-        """Root of T = F(l - C T) for a muscle that would have a length on a rigid chain."""
-
-        def short(pull):
-            return max(steady_pull(m, length - m.compliance * pull, pressure), 0.0) - pull
-
-        return brentq(short, 0.0, steady_pull(m, length, pressure), xtol=1e-10)
-
-    def tensions(angle):
-        return [
-            tension(m, m.length_at_zero + m.arm * angle, pressure)
-            for m, pressure in zip(plant.muscles, PRESSURES, strict=True)
-        ]
-
-    def torque(angle):
-        pulls = sum(-m.arm * t for m, t in zip(plant.muscles, tensions(angle), strict=True))
-        return pulls + joint.weight_cos * np.cos(angle) + joint.weight_sin * np.sin(angle)
-
-    angle = brentq(torque, -0.5, 0.9, xtol=1e-13)
-    return angle, np.array(tensions(angle))
-
-
-@pytest.mark.parametrize("relaxation", [4e-3, 0.05])
-def test_the_arm_rests_where_the_static_balance_says_whatever_the_time_constant(relaxation):
-    changes = {"hysteresis.force_per_pressure": 0.0}
-    rig = rig_with(COMPLIANCE, relaxation, **changes)
-    model = rig.model_for(load=LOAD, command="pressure_set")
-    data = mujoco.MjData(model)
-    pamsim.reset(model, data, PRESSURES)
-    data.ctrl[:] = PRESSURES
-    with pamsim.live(model):
-        mujoco.mj_step(model, data, round(8.0 / model.opt.timestep))
-        mujoco.mj_forward(model, data)
-    angle, tensions = balance(read_rig(rig, LOAD))
-    rigid, _ = balance(read_rig(rig_with(**changes), LOAD))
-    assert abs(angle - rigid) > np.radians(1.0), "the chain must matter"
-    assert data.qpos[0] == pytest.approx(angle, abs=1e-8)
-    np.testing.assert_allclose(-data.actuator_force, tensions, rtol=1e-7)
-    extensions = data.act[model.actuator_actadr + model.actuator_actnum - EXTENSION]
-    np.testing.assert_allclose(extensions, COMPLIANCE * tensions, rtol=1e-7)
-
-
-def test_a_stiff_chain_tends_to_the_rigid_one_which_leaves_no_trace():
-    """The path differs in proportion to the compliance."""
-    rigid, slow, half, whole = (
-        pamsim.simulate(rig_with(*chain), STEP).completed()
-        for chain in ((0.0, 0.01), (0.0, 10.0), (0.5e-8, 0.01), (1e-8, 0.01))
-    )
-    for name in ("angle", "velocity", "pressure", "tension", "final_state"):
-        assert np.array_equal(getattr(rigid, name), getattr(slow, name)), name
-    near, far = half.angle - rigid.angle, whole.angle - rigid.angle
-    assert np.abs(near).max() < np.radians(0.02)
-    np.testing.assert_allclose(far, 2.0 * near, atol=0.02 * np.abs(far).max())
 
 
 def swing(rig):
@@ -129,33 +65,6 @@ def test_a_loaded_arm_rests_where_its_tooth_stops_it(load):
     tight = pamsim.simulate(play(0.0), rest).completed()
     moved = run.angle[0] - tight.angle[0]
     assert moved == pytest.approx(0.5 * PLAY / RADIUS, rel=0.02)
-
-
-def test_after_a_reversal_it_stands_still_for_the_play():
-    """Running either way it lags by half the play: all of it is lost where the torque turns.
-
-    Two plays are compared: what the chain lags besides, sliding into its tooth, is the same.
-    """
-    time = np.arange(400) / 100.0
-    turn = 1e5 * np.abs(np.mod(time / 2.0 + 0.25, 1.0) - 0.5) * 4.0 - 1e5
-    set_points = np.stack([2.5e5 - turn, 2.5e5 + turn], axis=1)
-    to_and_fro = pamsim.Experiment(
-        drive="pressure_set",
-        command_time=time,
-        command_value=set_points,
-        start_pressure=set_points[0],
-        duration=4.0,
-        sample_rate=100.0,
-    )
-    tight, small, large = (
-        pamsim.simulate(play(size), to_and_fro).completed() for size in (0.0, PLAY, 1e-3)
-    )
-    late = tight.time > 2.0
-    half = 0.5 * (1e-3 - PLAY) / RADIUS
-    for sign in (1.0, -1.0):
-        running = late & (sign * tight.velocity > 0.25)
-        lags = [np.median((tight.angle - run.angle)[running]) for run in (large, small)]
-        assert lags[0] - lags[1] == pytest.approx(sign * half, rel=0.02)
 
 
 ARM = """

@@ -6,30 +6,25 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 
 import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
-from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.force_law import coefficients_of
 from tests.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
 from tests.plant.compiled import compiled_integrator
 from tests.plant.inputs import INPUTS
 from tests.plant.integrate import sampled
 from tests.plant.joint import bristle_rate, free_torque
 from tests.plant.muscle import (
-    free_pull,
     play_share,
     played,
-    pull_per_pressure,
     reach_of,
     steady_pull,
     volume,
 )
-from tests.plant.read_rig import _COPIED, _FORCES, read_rig
+from tests.plant.read_rig import _COPIED, read_rig
 from tests.plant.records import ANGLE, PLAYS, RESERVOIR
 from tests.plant.run import at_zero, run
 
@@ -127,16 +122,6 @@ def test_force_and_volume_do_the_same_work(rig):
             assert found[1] == pytest.approx(-work, rel=1e-6, abs=1e-12), hidden
             assert (longer - shorter) / 2e-6 == pytest.approx(-work, rel=2e-3), hidden
             assert found[2] == pytest.approx((more - less) / 2e3, rel=1e-4, abs=1e-16), hidden
-
-
-def test_forces_are_those_of_the_same_laws_in_the_library(rig, arm):
-    m, muscle = arm.muscles[0], rig.muscles["muscle_1"]
-    six = (1.1, *coefficients_of(muscle.force)[1:])
-    for name, coefficients in (("six_parameter", six), ("ideal_mckibben", (1.1,))):
-        put(m, law=float(_FORCES.index(name)), scale=1.1)
-        for kappa in (-0.03, 0.0, 0.1, 0.2):
-            known = FORCE_LAWS[name].force(3e5, kappa, coefficients, muscle.braid)
-            assert 3e5 * pull_per_pressure(m, kappa) + free_pull(m, kappa) == pytest.approx(known)
 
 
 def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
@@ -245,20 +230,6 @@ def test_compiled_and_interpreted_plants_are_one(arm):
     for one, other in zip(*results, strict=True):
         assert np.all(np.isfinite(one))
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
-
-
-def test_rigid_bodies_weigh_and_turn_as_in_the_engine(rig):
-    """Under gravity from any side, so that both parts of the torque count."""
-    model = rig.model_for(load=1.2)
-    model.opt.gravity[:] = (1.7, -2.3, -9.0)
-    data = mujoco.MjData(model)
-    j = read_rig(dataclasses.replace(rig, model=model), 1.2).joint[0]
-    for angle in (-0.7, 0.0, 0.4):
-        data.qpos[0] = angle
-        mujoco.mj_forward(model, data)
-        weight = j.weight_cos * math.cos(angle) + j.weight_sin * math.sin(angle)
-        assert weight == pytest.approx(-data.qfrc_bias[0], rel=1e-9)
-    assert j.inertia == pytest.approx(float(model.dof_M0[0]), rel=1e-9)
 
 
 def test_inputs_are_of_the_plant_alone_within_range_and_repeatable(arm):

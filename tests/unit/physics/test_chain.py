@@ -8,10 +8,9 @@ import pytest
 from scipy.optimize import brentq
 
 from pamsim.physics.chain import Chain, chain_length, chain_ratio, extension_rate, shift_rate
-from pamsim.physics.friction import Friction
 from pamsim.physics.record import pack
 from pamsim.physics.step_limits import chain_step_limit
-from tests.unit.physics.flat import gauge_pressure, kernel, length_at_muscle
+from tests.unit.physics.flat import gauge_pressure, kernel
 from tests.unit.physics.muscles import LASTING, LOOPS, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02
@@ -215,20 +214,6 @@ def test_a_pitch_on_the_chain_is_a_pitch_behind_it_and_in_between_it_ripples():
     grid = np.linspace(0.0, TEETH.ripple_pitch, 2001)
     off = [chain_length(TEETH, x) - x for x in grid.tolist()]
     assert (min(off), max(off)) == pytest.approx((-TEETH.ripple, TEETH.ripple), rel=1e-5)
-
-
-def test_on_teeth_work_on_the_tendon_is_the_work_on_the_muscle():
-    muscle = make("six_parameter", chain=TEETH, friction=Friction())
-    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
-    tendons = np.linspace(0.186, 0.196, 1001)
-    inside = [kernel.tension(row, act, x) for x in tendons.tolist()]
-    outside = [
-        kernel.tendon_force(row, act, pull, x, 0.0, 5e-4)
-        for x, pull in zip(tendons.tolist(), inside, strict=True)
-    ]
-    lengths = [length_at_muscle(row, act, x) for x in tendons.tolist()]
-    assert min(inside) > 10.0
-    assert np.trapezoid(outside, tendons) == pytest.approx(np.trapezoid(inside, lengths), rel=1e-6)
 
 
 def test_a_muscle_moves_at_the_speed_behind_the_teeth():

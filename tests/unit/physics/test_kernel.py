@@ -9,24 +9,23 @@ import numpy as np
 import pytest
 
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
-from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber, air_state_rate
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.friction import Friction, bond_rate, dry_friction
-from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import Creep, PassiveSpring, locking_force, tube_force
-from pamsim.physics.record import STATE_NAMES, pack
-from pamsim.physics.tension import EndShape, Threshold
+from pamsim.physics.record import COMMON, STATE_NAMES, pack
+from pamsim.physics.tension import EndShape
 from pamsim.physics.valves import COMMANDS
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
 from tests.unit.physics.flat import (
     OPENING,
     chamber_pressure,
+    chamber_volume,
     gauge_pressure,
     kernel,
     length_at_muscle,
@@ -47,7 +46,6 @@ from tests.unit.physics.muscles import (
     RUBBED,
     SAGGED,
     SHIFT,
-    TIGHT,
     charged,
     make,
 )
@@ -249,24 +247,6 @@ def test_the_air_fills_the_volume_at_its_own_pressure():
             assert filled == pytest.approx(act[-1], rel=1e-11), law
 
 
-def test_at_nominal_length_the_volume_is_the_braid_s():
-    for law in FORCES:
-        if law.startswith("pleated"):  # begins at zero contraction, where it has no force
-            continue
-        muscle = make(law, end_shape=EndShape())
-        braid = muscle.braid
-        cylinder = math.pi * braid.diameter**2 / 4.0 * braid.nominal_length
-        tendon = braid.nominal_length - muscle.mounting.length_at_zero
-        inside = static_muscle.static_volume(pack(muscle).tolist(), tendon, 3e5)
-        assert inside == pytest.approx(cylinder + muscle.chamber.dead_volume, rel=1e-12), law
-
-
-def test_shut_valves_leave_the_air_state_alone_at_any_motion():
-    muscle = make(chamber=TIGHT)
-    for tendon, pressure, _ in FEW:
-        assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0)[-1] == 0.0
-
-
 @pytest.mark.parametrize("extensibility", [0.0, 1.3e-7, 4e-7])
 @pytest.mark.parametrize("loss", [0.0, 0.6])
 def test_static_force_and_volume_have_one_potential(loss, extensibility):
@@ -299,6 +279,21 @@ def test_static_force_and_volume_have_one_potential(loss, extensibility):
         assert checked >= 5, force
 
 
+def test_the_air_has_less_room_by_what_the_operator_holds():
+    """So that no cycle of length and pressure gives energy, for an operator gives none."""
+    for loop, own in LOOPS.items():
+        group = dataclasses.replace(own, chord=0.0)
+        muscle = make("six_parameter", hysteresis=group)
+        row, memory = pack(muscle).tolist(), [0.01 * (k + 1) for k in range(group.state_count)]
+        act, tendon = [*memory, *[0.0] * COMMON], 0.175
+        held = OPERATORS[loop].energy(group, act, static_muscle.contraction(row, tendon))
+        extra = chamber_volume(row, act, tendon, 3e5)
+        extra -= static_muscle.static_volume(row, tendon, 3e5)
+        assert held != 0.0
+        stored = -group.force_per_pressure * muscle.braid.nominal_length * held
+        assert extra == pytest.approx(stored, rel=1e-9), loop
+
+
 # Below nominal length, or below 2 bar, these state no force that belongs to their volume.
 SHORT_OF_SLACK = ("pleated", "pleated_shape", "corrected_mckibben")
 
@@ -322,59 +317,11 @@ def test_the_slope_of_the_volume_is_its_difference_quotient(extensibility):
             assert slope == pytest.approx(quotient, rel=1e-3, abs=1e-16), (name, pressure)
 
 
-def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
-    """The loop's sign: at one length the shortening muscle is the weaker one."""
-    muscle = make(loop="bouc_wen", valve=PLAIN_VALVE, **LASTING)  # the rest would cost work as well
-    row, steps = pack(muscle).tolist(), 400
-    phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
-    tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
-    act = charged(muscle, float(tendons[0]), 3e5, 0.0)
-    tensions, out = [], [0.0] * len(act)
-    for tendon, velocity in zip(tendons.tolist(), velocities.tolist(), strict=True):
-        tensions.append(kernel.tension(row, act, tendon))
-        kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
-        act[0] += out[0] * 2.0 * math.pi / steps
-        assert not any(out[1:])
-    lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
-    assert lengthening > shortening > 0.0
-    last = slice(steps, None)
-    assert np.trapezoid(tensions[last], tendons[last]) > 0.0  # the tendon puts work in
-
-
 # --- neutral values: equal to the last bit ------------------------------------------------------
 
 
 def bits(values: list[float]) -> list[str]:
     return [(value + 0.0).hex() for value in values]  # a slack muscle's zero has no sign
-
-
-RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
-
-
-def test_all_effects_neutral_leave_the_bare_force_law():
-    """Scale 1 and all else off: the tension is the law's own number, to the bit."""
-    off = {
-        "passive": PassiveSpring(),
-        "threshold": Threshold(),
-        "chain": Chain(),
-        "end_shape": EndShape(),
-        "creep": Creep(),
-    }
-    for name in FORCES:
-        group = dataclasses.replace(FORCES[name], scale=1.0)
-        loop = BoucWen(yield_contraction=0.01)
-        muscle = make(force=group, hysteresis=loop, braid=RIGID_BRAID, **off)
-        row, law = pack(muscle).tolist(), FORCE_LAWS[name]
-        numbers = [
-            *coefficients_of(group)[1:],
-            *(getattr(RIGID_BRAID, f) for f in law.braid_fields),
-        ]
-        for tendon, pressure, z in CASES:
-            act = charged(muscle, tendon, abs(pressure), z)
-            felt, kappa = gauge_pressure(row, act, tendon), contraction(muscle, act, tendon)
-            bare = law.force_function(felt, kappa, *numbers)
-            expected = bare if math.isnan(bare) else max(bare, 0.0)
-            assert bits([kernel.tension(row, act, tendon)]) == bits([expected]), name
 
 
 def test_states_of_effects_that_are_off_stand_still_and_nobody_minds_them():

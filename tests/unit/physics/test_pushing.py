@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
-import mujoco
 import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.effects_on_rig import candidates
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
@@ -154,36 +152,6 @@ def test_it_lifts_a_weight_to_where_its_forces_balance(tmp_path):
     both = (pamsim.simulate(rig, brief, backend=name) for name in ("compiled", "python"))
     one, other = (run.signal("rod.position") for run in both)
     np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-12)
-
-
-def test_shut_without_damper_it_swings_as_its_air_and_its_wall_ask(tmp_path):
-    """The frequency of a mass on the spring n P A^2 / V + k."""
-    rig = lift(tmp_path).with_parameters({"stroke.damping": 0.0})
-    model = rig.model_for(command="valve")
-    data = mujoco.MjData(model)
-    pressure = MASS * GRAVITY / AREA - STIFFNESS * (FREE - 0.08) / AREA
-    pamsim.reset(model, data, pressure)
-    data.qvel[0] = 1e-3
-    heights = []
-    with pamsim.live(model):
-        for _ in range(4000):
-            mujoco.mj_step(model, data)
-            heights.append(float(data.qpos[0]))
-    path = np.array(heights) - np.mean(heights)
-    crossings = np.flatnonzero((path[:-1] < 0.0) & (path[1:] >= 0.0))
-    at = crossings - path[crossings] / (path[crossings + 1] - path[crossings])
-    period = np.mean(np.diff(at)) * model.opt.timestep
-    held = pressure + rig.muscles["bellows"].chamber.atmosphere
-    spring = 1.2 * held * AREA**2 / (DEAD + AREA * 0.08) + STIFFNESS
-    assert period == pytest.approx(2.0 * np.pi * np.sqrt(MASS / spring), rel=1e-3)
-
-
-def test_effects_without_meaning_are_not_tried_on_it(tmp_path):
-    tried, skipped = candidates(lift(tmp_path))
-    names = {one.effect.name for one in tried}
-    assert {"coulomb_friction", "muscle_hysteresis", "air_leak", "valve_delay"} <= names
-    senseless = {"braid_friction", "threshold_pressure", "end_shape", "chain_backlash"}
-    assert senseless <= set(skipped) - names
 
 
 def test_a_rig_file_asks_only_for_what_a_bellows_has(tmp_path):

@@ -5,12 +5,11 @@ import dataclasses
 import pytest
 
 from pamsim.papers.matiskova2021.equations import ideal_muscle, rig_muscle
-from pamsim.physics import static_muscle
 from pamsim.physics.antagonist import Stiffness, antagonist_torque, joint_stiffness
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.record import COMMON, pack, parameters
-from pamsim.physics.tension import Threshold, taut
+from pamsim.physics.tension import Threshold
 from tests.unit.physics.flat import (
     charged_air_state,
     gauge_pressure,
@@ -79,16 +78,6 @@ def test_joint_stiffness_is_the_restoring_slope_of_the_torque(name):
     assert found == pytest.approx(-slope(torque, angle, 1e-3), rel=1e-5)
 
 
-def test_exchanging_the_muscles_turns_the_torque():
-    pair, radius = (MUSCLES["ideal"],) * 2, 0.0124
-    for angle in (-0.5, 0.0, 0.25):
-        there = antagonist_torque(pair, radius, angle, (4e5, 1e5))
-        back = antagonist_torque(pair, radius, -angle, (1e5, 4e5))
-        assert there == pytest.approx(-back, rel=1e-12)
-    assert antagonist_torque(pair, radius, 0.0, (3e5, 3e5)) == 0.0
-    assert antagonist_torque(pair, radius, 0.0, (4e5, 3e5)) > 0.0
-
-
 PRESSURE, CONTRACTION = 4.87e5, 0.0316
 
 
@@ -118,26 +107,3 @@ def test_a_threshold_costs_its_pressure_over_the_stroke():
         lost = dataclasses.replace(stiff.threshold, pressure=threshold)
         found = ratio(dataclasses.replace(stiff, threshold=lost))
         assert found == pytest.approx(1.0 - threshold / PRESSURE, abs=1e-3)
-
-
-def test_with_the_braid_s_volume_the_earlier_calibration_gave_a_third_more(monkeypatch):
-    """Pressure acted less on a stretched muscle, and did not lengthen it."""
-    earlier = changed("force", a=-45.82e-5)
-    braid = dataclasses.replace(earlier.braid, extensibility=0.0)
-    spring = dataclasses.replace(earlier.passive, softening=10.0)
-    earlier = dataclasses.replace(earlier, braid=braid, passive=spring)
-    shift = IDEAL.mounting.length_at_zero - rig_muscle().mounting.length_at_zero
-    law = static_muscle.static_volume
-
-    def of_the_braid(_, tendon, pressure):
-        return law(MUSCLES["ideal"], tendon - shift, pressure)
-
-    monkeypatch.setattr(static_muscle, "static_volume", of_the_braid)
-    assert ratio(earlier) == pytest.approx(1.33, abs=0.005)
-
-
-def test_a_slack_muscle_does_not_carry_the_energy_of_its_rubber(monkeypatch):
-    """The number that `taut` states."""
-    law = static_muscle.static_force
-    monkeypatch.setattr(static_muscle, "static_force", lambda *place: taut(law(*place)))
-    assert ratio(rig_muscle()) == pytest.approx(0.94, abs=0.005)

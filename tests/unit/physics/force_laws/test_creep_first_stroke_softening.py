@@ -11,7 +11,6 @@ from pamsim.physics.passive import (
     Creep,
     FirstStroke,
     Softening,
-    creep_rate,
     first_stroke_force,
     softening_rate,
 )
@@ -19,7 +18,6 @@ from pamsim.physics.record import pack
 from tests.unit.physics.flat import CREEP, CREEP_2, FURTHEST, SOFTENED, contraction, kernel, quieten
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, RELAXED, RELAXED_2, charged, make
 
-STIFFNESS, TAU = 2500.0, 0.7
 TENDON = 0.19
 
 
@@ -33,21 +31,6 @@ def step(row, act, tendon, timestep, *states):
     kernel.state_rates(row, act, out, tendon, 0.0, 0.0, 0.0, timestep)
     for place in states:
         act[-place] += timestep * out[-place]
-
-
-def creeping(contractions, timestep, relaxed=0.0):
-    forces = []
-    for kappa in contractions.tolist():
-        forces.append(STIFFNESS * (kappa - relaxed))
-        relaxed += timestep * creep_rate(kappa, relaxed, TAU, timestep)
-    return np.array(forces)
-
-
-@pytest.mark.parametrize("timestep", [1e-4, 0.01, 0.5, 5.0])
-def test_a_held_contraction_relaxes_exactly_at_any_time_step(timestep):
-    """Standard linear solid: k kappa exp(-t / tau), also where the step is longer than tau."""
-    held = STIFFNESS * 0.08 * np.exp(-timestep * np.arange(40) / TAU)
-    assert creeping(np.full(40, 0.08), timestep) == pytest.approx(held, rel=1e-9, abs=1e-12)
 
 
 def test_two_elements_let_go_each_in_its_own_time():
@@ -94,15 +77,6 @@ def test_the_first_stroke_takes_its_force_all_the_way_and_an_equal_one_at_its_en
     assert forces[later < 0.02].max() == 0.0
     assert forces[later > 0.0301].min() == 30.0
     assert math.isnan(first_stroke_force(FIRST, math.nan, 0.1))
-
-
-def test_no_path_gets_work_out_of_a_first_stroke():
-    path = np.cumsum(np.random.default_rng(2).normal(0.0, 1e-3, 4000))
-    forces = strokes(path)
-    work = np.cumsum(0.5 * (forces[1:] + forces[:-1]) * np.diff(path))
-    held = 0.5 * FIRST.travel * forces**2 / FIRST.force
-    assert (work - held[1:]).min() > -0.05 * held.max()
-    assert work[-1] > 0.0
 
 
 def test_the_muscle_remembers_its_furthest_contraction_and_a_rest_makes_it_forget():

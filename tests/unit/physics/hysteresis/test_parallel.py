@@ -91,11 +91,3 @@ def test_asymmetric_hysteresis_gives_no_work_and_its_energy_is_what_it_holds(sha
     # But for the corners of the force, which the trapezoidal rule cuts off.
     assert np.diff(lost[::each]).min() > -1e-3 * np.abs(np.diff(work[::each])).max()
     assert lost[-1] > 2.0 * energy.max()
-
-
-def test_as_long_as_nothing_slips_the_energy_is_the_integral_of_the_force():
-    bent = ParallelHysteresis(force=40.0, force_per_pressure=1e-4, full_slip=0.05, **BENT)
-    up = np.linspace(0.0, 0.05 / BLOCKS, 2001)
-    force, volume = along(up.tolist(), parallel_hysteresis=bent).T
-    stored = held(volume[-1], 40.0 + 1e-4 * PRESSURE)
-    assert np.trapezoid(force, up) == pytest.approx(stored, rel=1e-5)

