@@ -1,6 +1,5 @@
 """Friction of a joint: dry friction holds under load, quadratic damping is that of its formula."""
 
-import dataclasses
 import math
 
 import mujoco
@@ -9,11 +8,9 @@ import pytest
 
 import pamsim
 from pamsim.engine.mjcf_fields import make_friction_stick, native_value
-from pamsim.physics.record import slot
 
 LEVEL, TORQUE = 0.5, 0.45
 SPEED = 0.05
-LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}
 STATED = 'solreffriction="0.005 1" solimpfriction="0.99 0.99 0.001 0.5 2"'
 TWO_LINKS = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
 <body><joint name="a" axis="0 0 1" frictionloss="0.3" {first}/>
@@ -66,50 +63,6 @@ def test_quadratic_damping_slows_a_joint_as_its_closed_form_says():
         angle = math.radians(held(model, 0.3, torque=torque))
         slowed = math.log(math.cosh(0.3 * math.sqrt(abs(torque) * damping) / inertia))
         assert angle == pytest.approx(math.copysign(inertia / damping * slowed, torque), rel=2e-3)
-
-
-def along_tendons(rig, torque, presliding=1e-5, **more):
-    """The rig with a friction torque that both tendons share."""
-    force = torque / 2.0 / abs(rig.model.wrap_prm[0])
-    values = {"friction.coulomb_force": force, "friction.presliding": presliding, **more}
-    return rig.with_parameters(values)
-
-
-def test_bristles_along_the_tendons_hold_the_joint_for_minutes():
-    plain = pamsim.load_rig("mas20_arm")
-    model = along_tendons(plain, LEVEL).model_for(timestep=1e-3)
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-    data = mujoco.MjData(model)
-    pamsim.reset(model, data, 3e5)
-    data.ctrl[:] = 3e5
-    muscle = plain.muscles["muscle_1"]
-    slack = [slot(name, muscle) for name in ("force.scale", "passive.stiffness")]
-    model.actuator_user[:, slack] = 0.0  # the friction is all that holds the joint
-    data.qfrc_applied[0] = TORQUE
-    with pamsim.live(model):
-        mujoco.mj_step(model, data, 3_000)
-        bent = data.qpos[0]
-        mujoco.mj_step(model, data, 30_000)
-    assert 0.0 < math.degrees(bent) < 0.5
-    assert abs(math.degrees(data.qpos[0] - bent)) < 1e-6
-
-
-def test_the_engine_s_dry_friction_is_dahl_s_with_stiff_bristles():
-    """And with the default settings it is not."""
-    plain = pamsim.load_rig("mas20_arm")
-    step = dataclasses.replace(
-        pamsim.pressure_step((3e5, 3e5), (4e5, 2e5), duration=1.5), settle=0.5
-    )
-    dahl = pamsim.simulate(along_tendons(plain, 0.3, presliding=1e-6), step).completed()
-    rubbing = plain.with_parameters({"joint.shaft.frictionloss": 0.3})
-    stuck = pamsim.simulate(rubbing, step).completed()
-    loose = plain.with_parameters({"joint.shaft.frictionloss": 0.3})
-    loose.model.dof_solref[:], loose.model.dof_solimp[:] = LOOSE["solref"], LOOSE["solimp"]
-    loose.model.opt.noslip_iterations = 0
-    creeping = pamsim.simulate(loose, step).completed()
-    apart = [np.degrees(np.abs(one.angle - dahl.angle).max()) for one in (stuck, creeping)]
-    assert apart[0] < 0.05
-    assert apart[1] > 10.0 * apart[0]
 
 
 def test_friction_of_one_joint_that_loads_the_next_holds_too():

@@ -50,14 +50,6 @@ def test_neither_where_the_search_begins_nor_other_rows_matter(rig):
     assert np.array_equal(found, alone)
 
 
-def test_equal_muscles_rest_in_the_middle_and_mirror_each_other(rig):
-    upright = rig.with_parameters({"body.rig.tilt": 0.0})
-    found = rest_angles(upright, np.array([[3e5, 3e5], [3e5, 1e5], [1e5, 3e5]]), np.zeros(3))
-    assert found[0] == pytest.approx(0.0, abs=1e-9)
-    assert found[1] == pytest.approx(-found[2], abs=1e-8)
-    assert found[1] > 0.1
-
-
 def test_an_arm_rests_where_its_muscles_go_slack_or_at_its_stop(rig, tmp_path):
     new_rig("arm", "joint", out=tmp_path / "arm")
     slack = pamsim.load_rig(tmp_path / "arm")

@@ -4,7 +4,6 @@ import re
 import tomllib
 from dataclasses import replace
 from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -36,21 +35,6 @@ def test_a_size_leaves_the_excess_that_was_drawn():
     wanted, where = 3.0, (False, links.RIG, 0.0)
     size = links.size_that_leaves("load_torque", wanted, *where)
     assert links.excess("load_torque", size, *where) == pytest.approx(wanted, rel=0.05)
-
-
-def test_a_study_without_cases_or_finished_rows_ends_in_a_line(tmp_path):
-    """Stopped before its last kind of case began, or asked for cases that there are not."""
-    counted = script("first_calibration").counted
-    assert counted({})["plain"]["intervals that hold the true value"] == [0, 0]
-    with pytest.raises(SystemExit, match="nothing to run"):
-        script("records").kept_rows(print, [], tmp_path, "", 1)
-
-
-def test_the_command_of_a_record_names_its_cases():
-    study = script("link_study")
-    given = {"cases": "out/other.json", "repeats": 3, "begin": 1, "to": 8, "tier": ""}
-    command = study.command(SimpleNamespace(**given, workers=2, threads=1))
-    assert command == "python scripts/link_study.py --cases out/other.json --repeats 3 --to 8"
 
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():

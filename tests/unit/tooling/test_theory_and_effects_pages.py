@@ -21,13 +21,11 @@ from pamsim.effects.catalog import FORMS, effect
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import PLAIN_GROUPS
-from pamsim.report.style import new_figure
 from tests.records import recorded, script
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 GALLERY: dict[str, Any] = vars(script("effect_gallery"))
-MOVING: dict[str, Any] = vars(script("moving_arms"))
 LEARNING: dict[str, Any] = vars(script("learning_curves"))
 FIELDS: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "parameter_page.py"))
 LABELS = [one.label for forms in FORMS.values() for one in forms]
@@ -72,35 +70,6 @@ def test_every_effect_has_a_small_picture_of_what_the_simulation_does(tmp_path):
     assert len(kept) > 1000
     assert kept.shape == again.shape
     assert abs(kept - again).max() < 1.0  # point of print
-
-
-def test_the_arms_of_a_picture_move_by_the_readings_and_small_differences_are_drawn_larger():
-    _, axes = new_figure(2.0, 1, 2)
-    degree = np.pi / 180.0
-    for largest, factor in ((0.001, 1), (0.1, 50), (1.7, 5), (9.0, 1)):
-        change = np.array([0.0, -largest]) * degree
-        assert MOVING["draw_arms"](axes[0], change, unseen=0.05 * degree) == factor
-    for path in GALLERY["PICTURES"].glob("*.svg"):
-        turns = {
-            name: [float(x) for x in re.findall(r"rotate:(-?[\d.e-]+)deg", frames)]
-            for name, frames in re.findall(r"@keyframes (\w+){(.*?)}}", path.read_text("utf-8"))
-        }
-        moved = np.subtract(turns["with"], turns["without"])
-        assert moved.shape == (81,)
-        assert np.ptp(turns["without"]) > 1.0
-        assert abs(moved).max() < 40.0, path.name
-
-
-def test_no_two_labels_of_an_axis_of_a_picture_are_the_same():
-    pictures = [*GALLERY["PICTURES"].glob("*.svg"), LEARNING["PICTURE"]]
-    for path in pictures:
-        for axes in re.split(r'<g id="axes_\d+">', path.read_text(encoding="utf-8"))[1:]:
-            if 'id="without"' in axes:  # arms, which have no scale
-                continue
-            for axis in "xy":
-                tick = rf'<g id="{axis}tick_\d+">.*?>([^<>]+)</text>'
-                labels = re.findall(tick, axes, re.DOTALL)
-                assert len(labels) == len(set(labels)) > 1, (path.name, labels)
 
 
 def test_the_learning_curves_are_those_of_the_records(tmp_path):
