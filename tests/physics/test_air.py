@@ -49,7 +49,7 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
     isothermal = {"chamber.polytropic_index": 1.0, **changes}
     if changes:
         isothermal["braid.extensibility"] = 0.0
-    rig, model, data = prepare(isothermal, (1e5, 3e5))
+    rig, model, data = prepare(isothermal, (1e5, 3e5), timestep=2e-3)
     warm = GAS_CONSTANT * rig.muscles["muscle_1"].chamber.temperature
 
     def held():
@@ -59,7 +59,7 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
 
     before, flowed, moved = held(), 0.0, 0.0
     with pamsim.live(model):
-        for u in np.repeat([1.0, 0.0, -1.0, 0.4], 500).tolist():
+        for u in np.repeat([1.0, 0.0, -1.0, 0.4], 125).tolist():
             data.ctrl[:] = (u, -0.3 * u)
             mujoco.mj_forward(model, data)
             row, act, _, pressure, _ = first_muscle(model, data)
@@ -72,7 +72,7 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
     assert abs(held() - before - flowed) < 1e-9 * moved
 
 
-@pytest.mark.parametrize(("index", "timestep"), [(1.0, 1e-3), (1.2, 2e-4), (1.4, 5e-3)])
+@pytest.mark.parametrize(("index", "timestep"), [(1.0, 1e-3), (1.4, 5e-3)])
 def test_sealed_chamber_keeps_p_v_to_the_n_under_motion_at_any_step(index, timestep):
     _, model, data = prepare({"chamber.polytropic_index": index}, (2e5, 2e5), timestep)
     seen, volumes = [], []

@@ -136,7 +136,7 @@ def test_air_of_muscles_and_supply_is_what_the_source_gave_minus_what_got_out(su
 @SUPPLIES
 def test_power_in_is_power_out_and_stored_at_every_instant(supply):
     """Rate of the air's energy = enthalpy through the valves - work + heat of walls."""
-    for index in (1.0, 1.2, 1.4):
+    for index in (1.0, 1.2):
         rig = rig_with(**supply, **LEAK, **{"chamber.polytropic_index": index})
         books = random_run(rig, 0.3)
         gaps = [each.energy_rate - each.enthalpy + each.work - each.heat for each in books]
