@@ -132,13 +132,6 @@ def test_a_start_read_from_one_noisy_sample_does_not_bias_the_fit(rig, tmp_path)
     assert found.noise["pressure_1"].rms == pytest.approx(PRESSURE_NOISE, rel=0.15)
 
 
-def test_a_rig_of_coarse_steps_is_calibrated(recording):
-    coarse = pamsim.load_rig("mas20_arm")
-    coarse.model.opt.timestep = 1e-3  # other clocks, tried as mistakes, fall between its steps
-    found = calibrate([recording], rig=coarse, free=["joint.shaft.damping"])
-    assert found.fit.parameters[0].interval95 is not None
-
-
 def test_coming_back_to_a_vector_with_other_starts_simulates_nothing_again(recording, rig):
     simulated = []
     data, freed = read_calibration_data([recording]).of_rig(rig), freed_parameters(rig, [*PLANTED])

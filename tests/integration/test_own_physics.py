@@ -381,23 +381,6 @@ def test_a_fault_in_the_file_is_one_line(edited):
         assert "\n" not in str(error.value)
 
 
-def test_a_law_that_cannot_be_compiled_is_one_line_when_a_run_begins(rig, edited):
-    area = "return pressure * area"
-    new = area.replace("pressure", "sorted({pressure: 'p'})[0]")
-    uncompiled = pamsim.load_rig(edited(lambda text: text.replace(area, new)))
-    model = uncompiled.model_for()
-    same = pamsim.simulate(rig, LIFT).completed()  # which the other does not disturb
-    for begin in (
-        lambda: pamsim.simulate(uncompiled, LIFT),
-        lambda: pamsim.live(model).__enter__(),
-    ):
-        with pytest.raises(InputError, match=r"'flat_muscle' .*cannot be compiled") as error:
-            begin()
-        assert "\n" not in str(error.value)
-    run = pamsim.simulate(uncompiled, LIFT, backend="python").completed()
-    np.testing.assert_allclose(run.positions, same.positions, rtol=1e-9)
-
-
 def test_an_installed_package_offers_laws_and_effects(rig, monkeypatch):
     effect = dataclasses.replace(rig.file.own.effects[0], name="mine")
     law = dataclasses.replace(FORCE_LAWS["flat_muscle"])

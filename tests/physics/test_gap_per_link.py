@@ -34,10 +34,8 @@ def exceeding(gaps):
 @pytest.mark.parametrize(
     ("effects", "forces", "links"),
     [
-        ({"valve_delay": 1.0}, False, {AIR}),
         ({"muscle_hysteresis": 1.0}, False, {BOTH}),
         ({"valve_delay": 1.0, "coulomb_friction": 1.0}, False, {AIR, BOTH}),
-        ({"coulomb_friction": 1.0}, True, {JOINT}),
         ({"valve_delay": 1.0, "muscle_hysteresis": 1.0, "coulomb_friction": 1.0}, True,
          {AIR, MUSCLE, JOINT}),
     ],
@@ -51,9 +49,8 @@ def test_an_effect_is_born_in_its_own_link(tmp_path, effects, forces, links):
         assert one.floors > 1.5 if one.exceeds else one.floors < 1.6
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_with_nothing_hidden_no_link_exceeds_its_floor(tmp_path, seed):
-    gaps = gap_per_link(ARM, trials_of(tmp_path, {}, seed=seed, coloured=seed % 2 == 1))
+def test_with_nothing_hidden_no_link_exceeds_its_floor(tmp_path):
+    gaps = gap_per_link(ARM, trials_of(tmp_path, {}, seed=1, coloured=True))
     assert len(gaps.outputs) == 5
     assert not exceeding(gaps)
     assert gaps.born_in == ""

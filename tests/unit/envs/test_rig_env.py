@@ -105,11 +105,12 @@ def test_a_reset_keeps_the_data_and_leaves_nothing_in_it(rig, made):
 
 
 PLAYED = """
-import hashlib, gymnasium, numpy as np, pamsim.envs
+import hashlib, sys, gymnasium, numpy as np, pamsim.envs.rig_vector_env
 env = gymnasium.make("pamsim/PamArmValve-v0", frame_skip=20, angle_noise=1e-3)
 moves = np.random.default_rng(1).uniform(-1.0, 1.0, (25, 2)).astype(np.float32)
 seen = [env.reset(seed=3)[0], *(env.step(a)[0] for a in moves)]
 print(hashlib.sha256(np.array(seen).tobytes()).hexdigest())
+assert not {"warp", "mujoco_warp"} & set(sys.modules), "they are an extra"
 """
 
 

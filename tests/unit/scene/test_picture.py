@@ -154,7 +154,7 @@ def test_chain_runs_smoothly_from_the_sprocket_to_the_muscle(model):
 
 
 @needs_gl
-def test_pressure_gives_its_own_muscle_the_colour_of_its_curve_over_its_length(scene):
+def test_pressure_gives_its_own_muscle_the_colour_of_its_curve(scene):
     """Seen from above, where muscle 1 lies in the upper half of the picture."""
 
     def picture(p1, p2, beta):
@@ -162,8 +162,7 @@ def test_pressure_gives_its_own_muscle_the_colour_of_its_curve_over_its_length(s
         state = {**STATE, "pressures": (p1, p2), "lengths": lengths}
         return render_arm(scene, at(scene, beta), **state, camera="top", **SIZE).astype(int)
 
-    widths = []
-    for beta, number in ((-0.8, 0), (0.8, 0), (0.8, 1)):
+    for beta, number in ((-0.8, 0), (0.8, 1)):
         vented = picture(0.0, 0.0, beta)
         assert vented.std() > 20.0
         warm = picture(*(6e5, 0.0) if number == 0 else (0.0, 6e5), beta)
@@ -171,8 +170,6 @@ def test_pressure_gives_its_own_muscle_the_colour_of_its_curve_over_its_length(s
         assert len(rows) > 200
         assert ((rows >= SIZE["height"] // 2) == number).all()
         assert nearest_series((warm - vented)[rows, columns].mean(axis=0)) == number
-        widths.append(columns.max() - columns.min())
-    assert widths[0] / widths[1] == pytest.approx(0.25 / 0.23, abs=0.03)
 
 
 @needs_gl
