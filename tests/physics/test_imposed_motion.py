@@ -174,25 +174,6 @@ def cycles(count=2, **changes):
     return stretched(time, -0.03 + 0.02 * np.sin(4.0 * np.pi * time), **changes)
 
 
-def work(run, force):
-    """Work over the last cycle [J]."""
-    last = run.time >= run.time[-1] - 0.5 - 1e-9
-    return float(np.trapezoid(force[last], run.positions[last, 0]))
-
-
-@pytest.mark.parametrize("loop", [0.0, 2e-5])
-def test_work_of_the_machine_in_a_cycle_is_the_loop_of_the_muscle_and_the_heat_of_the_guide(
-    bench, loop
-):
-    rig = bench.with_parameters({"hysteresis.force_per_pressure": loop})
-    run = simulate(rig, cycles(sample_rate=2000.0)).completed()
-    area, done = work(run, run.tension[:, 0]), work(run, run.signal("rod.force"))
-    heat = work(run, 20.0 * run.velocities[:, 0])
-    assert heat == pytest.approx(20.0 * np.pi * 4.0 * np.pi * 0.02**2, rel=1e-3)
-    assert done == pytest.approx(area + heat, abs=0.002)
-    assert area > 0.2 if loop else abs(area) < 0.005  # a spring gives back what it took
-
-
 def test_force_of_a_motion_is_that_of_newton_at_every_sample_from_the_first_to_the_last(bench):
     """A record that begins and ends while it moves: no blow at either end."""
     time = np.arange(0.0, 0.1001, 0.0025)

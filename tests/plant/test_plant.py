@@ -9,14 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
-from tests.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
+from tests.plant.air import GAMMA, R_AIR, pressure_rate
 from tests.plant.compiled import compiled_integrator
 from tests.plant.inputs import INPUTS
-from tests.plant.integrate import sampled
-from tests.plant.joint import bristle_rate, free_torque
 from tests.plant.muscle import (
     play_share,
     played,
@@ -25,7 +22,7 @@ from tests.plant.muscle import (
     volume,
 )
 from tests.plant.read_rig import _COPIED, read_rig
-from tests.plant.records import ANGLE, PLAYS, RESERVOIR
+from tests.plant.records import ANGLE, PLAYS
 from tests.plant.run import at_zero, run
 
 
@@ -89,19 +86,6 @@ def test_events_do_not_depend_on_the_step(pendulum):
     assert np.abs(coarse - fine).max() < 1e-6
 
 
-def test_bristles_slide_at_the_level_of_their_stribeck_curve(pendulum):
-    j = pendulum.joint[0]
-    put(j, stiffness=0.0, bristle=0.2, bristle_slip=1e-3, bristle_power=1.0)
-    put(j, bristle_static=0.3, bristle_speed=0.1)
-    for speed in (0.02, -0.1, 0.7):
-        z, dt = 0.0, 1e-5 / abs(speed)
-        for _ in range(4000):
-            z += bristle_rate(j, z, speed) * dt
-        level = 0.2 + 0.3 * math.exp(-((speed / 0.1) ** 2))
-        found = free_torque(j, 0.0, speed, z)
-        assert found == pytest.approx(-math.copysign(level, speed), rel=1e-3)
-
-
 def test_force_and_volume_do_the_same_work(rig):
     """Maxwell's relation: the volume falls with length as the force grows with pressure."""
     p = 2.5e5
@@ -161,75 +145,6 @@ def test_air_keeps_mass_and_energy(arm, heat_time):
         heat = mass * cv * (m.temperature - t) / heat_time
         gained = (rate * v + p * swept) / (GAMMA - 1.0)
         assert gained == pytest.approx(cp * (m.temperature * into - t * out) - p * swept + heat)
-
-
-def test_flows_are_odd_and_continuous(arm):
-    m = arm.muscles[0]
-    for nozzle in (0.0, 1.0):
-        m.nozzle = nozzle
-        assert orifice(m, 1e-9, 4e5, 3e5) == -orifice(m, 1e-9, 3e5, 4e5) > 0.0
-        assert orifice(m, 1e-9, 3e5, 3e5) == 0.0
-        flows = [orifice(m, 1e-9, 5e5, p) for p in np.linspace(1e5, 5e5, 2001).tolist()]
-        assert np.all(np.diff(flows) < 1e-12)
-        assert flows[0] == pytest.approx(1e-9 * 1.185 * 5e5)
-    assert isentropic(0.5283, 0.999) == pytest.approx(1.0, abs=1e-4)
-
-
-def test_a_shut_muscle_with_a_laminar_leak_empties_as_an_exponential(rig):
-    level = read_rig(rig.with_parameters({"body.rig.tilt": 0.0}), 0.0)
-    put(level.muscles, laminar_leak=4e-10, polytropic=1.0)
-    idle = pamsim.Experiment(
-        drive="valve",
-        command_time=np.zeros(1),
-        command_value=np.zeros((1, 2)),
-        start_pressure=np.array([2.5e5, 2.5e5]),
-        duration=2.0,
-        sample_rate=100.0,
-        settle=0.1,
-    )
-    found = run(level, idle, rig="x", muscles=("a", "b"))
-    assert np.ptp(found.angle) == 0.0
-    m = level.muscles[0]
-    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25, 2.5e5)[0]
-    held = found.pressure[0, 0] * np.exp(-rate * found.time)
-    np.testing.assert_allclose(found.pressure[:, 0], held, rtol=1e-6)
-    assert held[-1] < 0.7 * held[0]
-
-
-JOINT = {
-    "dry": 0.2, "static": 0.1, "static_speed": 0.1, "carried": 1e-5, "bristle": 0.1,
-    "bristle_static": 0.1, "bristle_speed": 0.1, "bristle_slip": 1e-3, "bristle_power": 1.0,
-    "smooth_dry": 0.1, "smooth_speed": 0.1, "drag": 0.1, "drag_power": 2.0, "ripple": 0.1,
-    "detent": 0.1, "detent_at": -0.1, "detent_width": 0.05, "stop_stiffness": 1.0,
-    "backlash": 1e-4, "tooth_stiffness": 4e5, "tooth_bend": 1e-3, "reservoir": 1e-4,
-    "refill": 1e7, "refill_square": 1e11, "cross": 1e-11,
-}  # fmt: skip
-MUSCLE = {
-    "compliance": 1e-6, "hardening": 700.0, "creep_0": 100.0, "creep_1": 100.0,
-    "play_per_pressure": 1e-4, "play_reach": 0.01, "duhem_per_pressure": 1e-4,
-    "duhem_travel": 1e-2, "lost_pressure": 1e4, "lost_over": 1e5, "cubic": 100.0,
-    "cubic_at": 0.02, "sinh": 100.0, "sinh_at": 0.02, "cone": 1.0, "cone_bend": 1e-3,
-    "ageing": 0.1, "ageing_time": 1.0, "laminar_leak": 1e-12, "nozzle": 1.0, "heat_time": 0.3,
-    "lag": 0.02, "second_lag": 0.01, "rub": 5.0, "rub_static": 5.0, "rub_share": 0.01,
-    "stuck_fills": 1.0, "stuck_at": 0.5, "teeth": 1e-4, "braid_rub": 1e-4, "lift": 0.6,
-    **{f"creep_time_{k}": 0.1 * (k + 1) for k in range(5)},
-}  # fmt: skip
-
-
-def test_compiled_and_interpreted_plants_are_one(arm):
-    put(arm.joint, **JOINT)
-    put(arm.muscles, **MUSCLE)
-    times, arrivals = np.array([0.0, 4e-3, 8e-3]), np.array([[0.0, 0.0, 4e5], [5e-3, 1.0, 1e5]])
-    results = []
-    for integrate in (compiled_integrator(), lambda j, *rest: sampled(j[0], *rest)):
-        states, plays = at_zero(arm, np.full(2, 2.5e5))
-        states[ANGLE], states[RESERVOIR], rows = 0.2, 7e5, np.zeros((3, 6))
-        held = np.full(2, 2.5e5)
-        integrate(arm.joint, arm.muscles, plays, states, times, arrivals, True, held, 5e-4, rows)
-        results.append((rows, states, plays))
-    for one, other in zip(*results, strict=True):
-        assert np.all(np.isfinite(one))
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
 def test_inputs_are_of_the_plant_alone_within_range_and_repeatable(arm):

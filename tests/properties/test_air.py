@@ -82,14 +82,6 @@ def test_flow_function_falls_with_a_bounded_slope_right_up_to_equal_pressures(
             assert beside == pytest.approx([flow_function(joint, *orifice)] * 2, abs=1e-9)
 
 
-@given(PRESSURES, PRESSURES, PRESSURES, ORIFICES)
-def test_more_back_pressure_never_gives_more_flow(upstream, one, other, orifice):
-    low, high = min(one, other), max(one, other)
-    more = mass_flow(upstream, low, CONDUCTANCE, *orifice, 293.15)
-    less = mass_flow(upstream, high, CONDUCTANCE, *orifice, 293.15)
-    assert less <= more + 1e-12 * CONDUCTANCE * max(upstream, high)
-
-
 @given(PRESSURES, VOLUMES, VOLUMES, INDICES, between(1.0, 3e4))
 def test_sealed_motion_keeps_p_v_to_the_n_down_to_the_floor(pressure, before, after, index, floor):
     air = air_state(chamber(index), pressure, before)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from dataclasses import dataclass
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 
-from pamsim.core.parameters import specs
 from pamsim.engine.jit import reached_functions
 from pamsim.gpu.port import ladders
 from pamsim.gpu.translate import translated_name
@@ -102,17 +100,6 @@ def test_nan_is_passed_on_and_the_volume_depends_on_pressure_as_the_card_says(na
         assert math.isnan(this.law.force(3e5, kappa, spoilt, BRAID))
     low, high = this.volume(2.5e5, kappa), this.volume(5e5, kappa)
     assert this.law.volume_varies == (low != high)
-
-
-@LAWS
-def test_functions_of_a_law_take_its_fields_in_declared_order(name):
-    """The order in which they are handed over: any other would compile and be wrong."""
-    law = FORCE_LAWS[name]
-    fields = [field for field, _ in specs(law.group)]
-    assert fields[0] == "scale"
-    wanted = ["pressure", "contraction", *fields[1:], *law.braid_fields]
-    assert list(inspect.signature(law.force_function).parameters) == wanted
-    assert set(inspect.signature(law.volume_function).parameters) <= set(wanted)
 
 
 def test_names_of_compiled_functions_are_unique_among_the_laws():

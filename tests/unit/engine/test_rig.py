@@ -14,7 +14,6 @@ import pamsim
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.mjcf_fields import native_names, native_value, set_natives
 from pamsim.engine.parameters import rig_parameter
-from pamsim.engine.simulate import whole_steps
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
@@ -186,25 +185,6 @@ def test_bad_parameters_are_refused_by_name(rig):
             set_natives(rig.model_for(), {name: 1.0}, rig.compiled)
 
 
-def test_load_adds_its_mass_and_its_inertia(rig):
-    def inertia(load):
-        model = rig.model_for(load=load)
-        data = mujoco.MjData(model)
-        mujoco.mj_fwdPosition(model, data)
-        return model, float(np.atleast_1d(data.M)[0])
-
-    empty, bare = inertia(0.0)
-    one, with_one = inertia(1.0)
-    two, with_two = inertia(2.0)
-    load = one.body("load").id
-    assert empty.body_mass[load] == 0.0
-    assert one.body_mass[load] == 1.0
-    np.testing.assert_allclose(two.body_inertia[load], 2.0 * one.body_inertia[load])
-    np.testing.assert_allclose(with_two - bare, 2.0 * (with_one - bare), rtol=1e-12)
-    reach = np.linalg.norm(one.body_pos[load][:2])
-    assert with_one - bare == pytest.approx(reach**2, rel=0.05)  # m r^2 and a little of its own
-
-
 def test_a_spatial_tendon_has_no_radius():
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><worldbody><site name="a"/><body><joint/><geom size="0.1"/>
@@ -240,13 +220,6 @@ def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
     with pytest.raises(InputError, match=r"rig\.load_body = 'load' .* gives this body no mass"):
         massless.model_for(load=1.0)
     massless.model_for()
-
-
-def test_a_sampling_period_must_be_whole_steps():
-    assert whole_steps(0.002, 0.0005) == 4
-    for period in (0.0021, 0.0004, float("inf")):
-        with pytest.raises(InputError, match="whole number"):
-            whole_steps(period, 0.0005)
 
 
 def test_an_mjcf_in_another_encoding_is_refused_with_its_line(tmp_path):

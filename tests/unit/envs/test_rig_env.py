@@ -271,12 +271,6 @@ def test_a_picture_shows_the_arm(made):
     assert np.abs(first.astype(int) - env.render()).max() > 50
 
 
-def test_a_whole_number_of_time_steps_may_be_written_as_a_float(made):
-    moves = actions(5)
-    one, other = (made(frame_skip=count, delay=0.013) for count in (20, 20.0))
-    assert np.array_equal(played(one, moves), played(other, moves))
-
-
 def test_a_bad_option_is_refused_by_name(made):
     for options, error, message in (
         ({"taks": "step"}, InputError, "task"),

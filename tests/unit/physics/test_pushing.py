@@ -22,7 +22,6 @@ from tests.unit.physics.flat import (
     kernel,
     parameter_slot,
     static_muscle,
-    work_ratio,
 )
 from tests.unit.physics.muscles import make
 
@@ -92,15 +91,6 @@ def test_it_pushes_with_the_pressure_on_its_area_less_spring_and_damper():
         act[-1] = charged_air_state(row, act, tendon, pressure)
         moving = kernel.tension(row, act, tendon, 0.3)
         assert moving == pytest.approx(-wanted + 0.3 * DAMPING, rel=1e-9)
-
-
-@pytest.mark.parametrize("scale", [1.0, 1.3])
-def test_its_chamber_is_area_times_stroke_so_that_force_and_pressure_do_the_same_work(scale):
-    row = pack(bellows(scale)).tolist()
-    for stroke in (0.02, 0.1, 0.17):
-        held = static_muscle.static_volume(row, stroke - 0.08, 3e4)
-        assert held == pytest.approx(DEAD + scale * AREA * stroke, rel=1e-12)
-    assert work_ratio(row, 5e4, 0.3) == pytest.approx(1.0, rel=1e-9)
 
 
 def test_it_alone_pushes_and_has_no_names_without_meaning():
