@@ -1,7 +1,6 @@
 """The chain beside a muscle: compliance, play between two muscles, and the sprocket's teeth."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from pamsim.physics.chain import Chain, chain_length, chain_ratio, extension_rat
 from pamsim.physics.record import pack
 from pamsim.physics.step_limits import chain_step_limit
 from tests.unit.physics.flat import gauge_pressure, kernel
-from tests.unit.physics.muscles import LASTING, LOOPS, charged, make
+from tests.unit.physics.muscles import LASTING, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02
 SOFT = Chain(compliance=COMPLIANCE, relaxation_time=RELAXATION)
@@ -20,26 +19,15 @@ TEETH = Chain(ripple=3e-4, ripple_pitch=8e-3, ripple_phase=0.4)
 TENDON, PRESSURE = 0.19, 3e5
 
 
-def on_chain(chain, loop="none"):
-    return make("six_parameter", loop, **(LASTING | {"chain": chain}))
+def on_chain(chain):
+    return make("six_parameter", **(LASTING | {"chain": chain}))
 
 
-def step(row, act, tendon, velocity, timestep, opposing=0.0):
+def step(row, act, tendon, timestep, opposing=0.0):
     out = [0.0] * len(act)
-    kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, timestep, opposing)
+    kernel.state_rates(row, act, out, tendon, 0.0, 0.0, 0.0, timestep, opposing)
     for i, rate in enumerate(out):
         act[i] += timestep * rate
-
-
-def follow(muscle, act, lengths, timestep):
-    """Tension and extension along a path of the tendon with the valves shut, by explicit Euler."""
-    row, tensions, extensions = pack(muscle).tolist(), [], []
-    velocities = np.diff(lengths, append=lengths[-1]) / timestep
-    for length, velocity in zip(lengths.tolist(), velocities.tolist(), strict=True):
-        tensions.append(kernel.tension(row, act, length))
-        extensions.append(act[-2])
-        step(row, act, length, velocity, timestep)
-    return np.array(tensions), np.array(extensions)
 
 
 def test_under_a_held_tension_the_extension_closes_in_on_what_the_chain_gives_per_tension():
@@ -59,68 +47,7 @@ def test_under_a_held_tension_the_extension_closes_in_on_what_the_chain_gives_pe
         assert slope == pytest.approx(COMPLIANCE / (1.0 + 2e-3 * tension), rel=1e-5)
 
 
-def cycle(muscle, period, steps):
-    """Second cycle on shut valves: work put in, work lost in the chain [J]."""
-    lengths = TENDON + 0.012 * np.sin(2.0 * math.pi * np.arange(2 * steps + 1) / steps)
-    act = charged(muscle, float(lengths[0]), 2e5, 0.0)
-    tensions, extensions = follow(muscle, act, lengths, period / steps)
-    last, timestep = slice(steps, None), period / steps
-    assert np.ptp(tensions[last]) > 100.0
-    speed = np.gradient(extensions[last], timestep)
-    work = float(np.trapezoid(tensions[last], lengths[last]))
-    damping = muscle.chain.relaxation_time / muscle.chain.compliance
-    return work, damping * float(np.trapezoid(speed**2, dx=timestep))
-
-
-def test_work_of_a_closed_cycle_is_what_the_damper_in_the_chain_takes():
-    """Muscle and air give back all they take; an operator's loop comes on top."""
-    for period, steps in ((0.1, 1500), (4.0, 1500)):
-        work, lost = cycle(on_chain(SOFT), period, steps)
-        assert work == pytest.approx(lost, rel=1e-3), period
-    for loop in LOOPS:
-        work, lost = cycle(on_chain(SOFT, loop), 2.0, 250)
-        assert work > 1.005 * lost > 0.0, loop
-
-
 # --- play on the sprocket between two muscles ----------------------------------------------------
-
-
-def with_play(play=PLAY, loop="none", **chain):
-    return on_chain(Chain(backlash=play, **chain), loop)
-
-
-def turned(muscle, travel, timestep):
-    """Shift of the chain and difference of pulls while its sprocket is turned, valves shut."""
-    row = pack(muscle).tolist()
-    ends = [charged(muscle, TENDON, PRESSURE, 0.0) for _ in range(2)]
-    for act in ends:
-        act[-3] = 0.0
-    shifts, apart = [], []
-    speeds = np.diff(travel, append=travel[-1]) / timestep
-    for x, v in zip(travel.tolist(), speeds.tolist(), strict=True):
-        lengths = TENDON - x, TENDON + x
-        pulls = [kernel.tension(row, a, at) for a, at in zip(ends, lengths, strict=True)]
-        shifts.append(ends[0][-3])
-        apart.append(pulls[0] - pulls[1])
-        assert ends[1][-3] == -ends[0][-3]
-        for act, at, speed, other in zip(ends, lengths, (-v, v), pulls[::-1], strict=True):
-            step(row, act, at, speed, timestep, other)
-    return np.array(shifts), np.array(apart)
-
-
-def sine(amplitude, cycles, steps):
-    return amplitude * np.sin(np.linspace(0.0, 2.0 * math.pi * cycles, cycles * steps + 1))
-
-
-def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
-    chain = Chain(backlash=PLAY, seating_damping=DAMPING)
-    assert shift_rate(chain, 0.0, 130.0, 30.0, 1e-4) == pytest.approx(-0.1)
-    assert shift_rate(chain, 0.0, 30.0, 130.0, 1e-4) == pytest.approx(0.1)
-    for start, pull, tooth in ((2e-4, 0.0, 3e-4), (-2.9e-4, 5e3, -3e-4), (3e-4, -9e9, 3e-4)):
-        at = start + 1e-2 * shift_rate(chain, start, pull, 40.0, 1e-2)
-        assert at == pytest.approx(tooth, rel=1e-12)
-    assert shift_rate(chain, 3e-4, 0.0, 50.0, 1e-3) == 0.0
-    assert math.isnan(shift_rate(chain, 0.0, math.nan, 50.0, 1e-3))
 
 
 def test_elastic_teeth_give_beyond_the_play_per_pull_and_as_they_relax_in_time():
@@ -138,26 +65,6 @@ def test_elastic_teeth_give_beyond_the_play_per_pull_and_as_they_relax_in_time()
     assert apart == pytest.approx(-1e-7 / (DAMPING * 2e-6), rel=1e-4)
 
 
-@pytest.mark.parametrize("timestep", [2e-4, 8e-3])
-def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
-    """Muscles without loss: over a cycle all work is what sliding costs, (T - T')^2 / b.
-
-    Steps longer than the time constant of elastic teeth take more, as implicit Euler does.
-    """
-    travel = sine(1.5e-3, 2, 500)
-    for teeth in (0.0, 1e-6):
-        shifts, apart = turned(with_play(tooth_compliance=teeth), travel, timestep)
-        cycle = slice(-501, None)
-        work = -np.trapezoid(apart[cycle], travel[cycle])  # against the pull of muscle 1
-        sliding = np.diff(shifts)[-500:] / timestep
-        brake = DAMPING * float(np.sum(sliding**2)) * timestep
-        assert brake > 0.0
-        if timestep < DAMPING * teeth or teeth == 0.0:
-            assert work == pytest.approx(brake, rel=0.05), teeth
-        else:
-            assert work > brake
-
-
 # --- the longest step ----------------------------------------------------------------------------
 
 
@@ -167,7 +74,7 @@ def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressur
     row, tendon = pack(muscle).tolist(), 0.185
     resting = charged(muscle, tendon, pressure)
     for _ in range(400):  # to rest, in steps well inside
-        step(row, resting, tendon, 0.0, 1e-3)
+        step(row, resting, tendon, 1e-3)
 
     def swing(share):
         """Growth of a small deviation of the extension over 60 steps on shut valves."""
@@ -176,7 +83,7 @@ def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressur
         longest = share * chain_step_limit(muscle, tendon - at, own)
         act[-2] += 1e-9
         for _ in range(60):
-            step(row, act, tendon, 0.0, longest)
+            step(row, act, tendon, longest)
         return abs(act[-2] - at) / 1e-9
 
     assert swing(0.97) < 0.2
@@ -185,7 +92,7 @@ def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressur
 
 
 def test_play_between_two_muscles_settles_inside_its_step_limit_and_swings_up_beyond():
-    muscle = with_play(seating_damping=200.0)
+    muscle = on_chain(Chain(backlash=PLAY, seating_damping=200.0))
     row = pack(muscle).tolist()
 
     def growth(share):
@@ -195,7 +102,7 @@ def test_play_between_two_muscles_settles_inside_its_step_limit_and_swings_up_be
         for _ in range(60):
             pulls = [kernel.tension(row, act, TENDON) for act in ends]
             for act, other in zip(ends, pulls[::-1], strict=True):
-                step(row, act, TENDON, 0.0, longest, other)
+                step(row, act, TENDON, longest, other)
         return abs(ends[0][-3]) / 1e-9
 
     assert growth(0.95) < 0.3

@@ -1,4 +1,4 @@
-"""The passive spring: what its parameters mean on either side of slack, and its energy."""
+"""The passive spring, on either side of slack, with its energy; a gradual threshold."""
 
 import dataclasses
 import math
@@ -11,6 +11,7 @@ from scipy.integrate import quad
 
 from pamsim.core.parameters import specs
 from pamsim.physics.passive import PassiveSpring, locking_force, tube_energy_and_slope, tube_force
+from pamsim.physics.tension import effective_pressure, pressure_reaching
 
 SPRINGS = [
     (9237.0, 32.9, 0.0013, 24.6),
@@ -19,7 +20,6 @@ SPRINGS = [
     (3e4, 5.0, 0.0, 200.0),
 ]
 """Stiffness [N], softening, slack contraction, locking [-]."""
-EACH = pytest.mark.parametrize("spring", SPRINGS)
 
 
 def spring_force(contraction, stiffness, softening, slack, locking):
@@ -28,38 +28,6 @@ def spring_force(contraction, stiffness, softening, slack, locking):
         stiffness=stiffness, softening=softening, slack_contraction=slack, locking=locking
     )
     return tube_force(spring, contraction) + locking_force(spring, contraction)
-
-
-def stretched(stretch, spring):
-    """Force at a stretch beyond the slack point."""
-    return spring_force(spring[2] - stretch, *spring)
-
-
-@EACH
-def test_stretched_it_is_the_finitely_extensible_spring_up_to_95_percent_and_then_straight(spring):
-    """Warner 1972: F (1 - (x/x_lock)^2) = k x; beyond, continuous in force and slope, and finite.
-
-    A braid that never locks is linear to the bit.
-    """
-    stiffness, softening, slack, locking = spring
-    for stretch in np.linspace(0.0, 1.0, 57).tolist():
-        contraction = slack - stretch
-        force = spring_force(contraction, stiffness, softening, slack, 0.0)
-        assert force.hex() == (stiffness * (slack - contraction)).hex()
-    if locking == 0.0:
-        return
-    for share in (0.01, 0.3, 0.6, 0.9, 0.9499):
-        left = stretched(share / locking, spring) * (1.0 - share) * (1.0 + share)
-        assert left == pytest.approx(stiffness * share / locking, rel=1e-9)
-    edge, d = 0.95 / locking, 1e-5 / locking
-    at = stretched(edge, spring)
-    before = 3.0 * at - 4.0 * stretched(edge - d, spring)
-    slope = (before + stretched(edge - 2.0 * d, spring)) / (2.0 * d)
-    stated = stiffness * (1.0 + 0.95**2) / (1.0 - 0.95**2) ** 2
-    assert slope == pytest.approx(stated, rel=1e-5)
-    for share in (0.9501, 1.0, 1.7, 20.0):
-        tangent = at + stated * (share - 0.95) / locking
-        assert stretched(share / locking, spring) == pytest.approx(tangent, rel=1e-9)
 
 
 def test_a_parallel_spring_pulls_as_it_pushes_and_is_twice_as_strong_at_its_stretch():
@@ -96,6 +64,21 @@ def test_default_spring_is_no_spring_and_nan_is_passed_on():
     for stiffness, softening, slack, _ in SPRINGS:
         for locking in (0.0, 18.0):  # a braid that never locks as well
             assert math.isnan(spring_force(math.nan, stiffness, softening, slack, locking))
+
+
+@pytest.mark.parametrize("width", [0.0, 1e4, 5e4])
+def test_a_gradual_threshold_loses_half_at_its_width_and_all_in_the_end(width):
+    felt = [effective_pressure(p, 3e4, width) for p in np.linspace(-5e4, 6e5, 131).tolist()]
+    assert np.all(np.diff(felt) >= 0.0)
+    assert felt[0] == 0.0
+    assert effective_pressure(1e9, 3e4, width) == pytest.approx(1e9 - 3e4, abs=2.0)
+    if width > 3e4:  # else the half lies below the threshold
+        assert effective_pressure(width, 3e4, width) == pytest.approx(width - 1.5e4)
+    for pressure in (2.1e4, 2e5):
+        step = 1e-2
+        low, high = (effective_pressure(pressure + x, 3e4, width) for x in (-step, step))
+        slope = (high - low) / (2.0 * step)
+        assert pressure_reaching(pressure, 3e4, width) == pytest.approx(slope, abs=1e-7)
 
 
 # --- over the whole range of the parameters ------------------------------------------------------
