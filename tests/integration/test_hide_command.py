@@ -1,7 +1,6 @@
 """``pamsim hide``: recordings that the readers take, and the ground truth apart."""
 
 import json
-import tomllib
 
 import numpy as np
 import pytest
@@ -124,18 +123,6 @@ def test_steps_are_those_of_the_rig_s_encoder_and_not_of_a_machine_that_moves_th
         found = recorded(rig, protocols=(protocol,), duration=0.5, quantised=True)
         turns = found.trials[f"{protocol}_1"].angle / step
         assert np.allclose(turns, np.round(turns), atol=1e-6) is in_steps
-
-
-def test_the_demo_makes_the_trials_that_it_states(run, tmp_path, monkeypatch):
-    def refused(*_, **__):
-        raise InputError("recorded")
-
-    monkeypatch.setattr(pamsim, "diagnose", refused)
-    code, out, err = run("demo", "--out", tmp_path)
-    assert (code, "recorded" in err) == (2, True)
-    index = tomllib.loads((tmp_path / "recording" / "recording.toml").read_text("utf-8"))
-    assert f"in {len(index['trial'])} trials" in out
-    assert f"{len(index['trial'])} trials of 2 s" in " ".join(run("demo", "--help")[1].split())
 
 
 def test_the_demo_s_page_has_its_film_unless_none_is_wanted(run, tmp_path, monkeypatch):

@@ -159,15 +159,6 @@ def test_feedback_adds_its_difference_leaves_the_mean_and_knows_the_limits(forwa
     assert integrals[-1] == pytest.approx(integrals[-2])
 
 
-def test_feedback_and_law_together_beat_either(rig, forward):
-    both = dataclasses.replace(forward, feedback=PID)
-    alone = dataclasses.replace(PID, rate_weight=0.0)
-    missed = [
-        miss(run(rig, item, sine(0.5, 10.0), 4.0), after=2.0) for item in (both, forward, alone)
-    ]
-    assert missed[0] < 0.5 * min(missed[1:])
-
-
 def test_the_way_to_the_first_angle_is_remembered(forward):
     lagging = PlaySum(linear=0.4, thresholds=(0.02, 0.1), weights=(0.3, 0.2))
     undoing = dataclasses.replace(forward, hysteresis=lagging.inverse())

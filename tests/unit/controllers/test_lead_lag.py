@@ -16,7 +16,6 @@ from tests.unit.controllers.closed_loop import (
     PERIOD,
     POINT,
     LinearPlant,
-    constant,
     observe,
     out_of_reach_and_back,
 )
@@ -88,13 +87,6 @@ def test_it_runs_the_filter_of_the_design():
         outputs.append(command[0] - command[1] - POINT.difference)
     expected = lfilter(DESIGN.numerator, DESIGN.denominator, errors)
     np.testing.assert_allclose(outputs, expected, atol=1e-6)
-
-
-def test_a_disturbance_is_held_down_by_the_gain_at_rest():
-    plant, wanted = LinearPlant(PERIOD, disturbance=lambda time: 1e4), POINT.angle + 0.1
-    angles, _ = plant.close(CONTROLLER, constant(wanted), 1500)
-    left = MODEL.gain * 1e4 / (1.0 + MODEL.gain * at_rest(DESIGN))
-    assert angles[-1] - wanted == pytest.approx(left, rel=1e-3)
 
 
 def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not():

@@ -11,7 +11,6 @@ from pamsim.engine.equilibrium import rest_angles
 from pamsim.identification.status import FitStatus
 from tests.unit.controllers.closed_loop import (
     LEVEL,
-    MODEL,
     PERIOD,
     POINT,
     SPLIT,
@@ -54,18 +53,6 @@ def test_it_answers_as_python_control_says(name):
     np.testing.assert_allclose(given, np.ravel(expected), atol=1e-9 * np.max(np.abs(expected)))
 
 
-def test_the_closed_loop_is_that_of_python_control():
-    a, b = MODEL.matrices()
-    plant = control.sample_system(control.ss(a, b, [[1.0, 0.0]], 0.0), PERIOD, method="zoh")
-    design = sampled_controller(PID, PERIOD)
-    loop = control.feedback(SYSTEMS["discrete"] * control.ss2tf(plant), 1)
-    expected = control.step_response(loop, np.arange(60) * PERIOD).outputs
-    angles, _ = LinearPlant(PERIOD).close(
-        Lti(design=design, point=POINT), lambda t: (POINT.angle + 0.1, 0.0, 0.0), 60
-    )
-    np.testing.assert_allclose(angles - POINT.angle, 0.1 * expected, atol=1e-9)
-
-
 def test_it_begins_with_the_pressures_that_are_there_and_a_rig_at_rest_stays():
     controller = Lti(design=sampled_controller(PID, PERIOD), point=POINT)
     first = observe(angle=0.2, pressure=(LEVEL + 3e4, LEVEL - 3e4), wanted=(0.2, 0.0, 0.0))
@@ -87,15 +74,6 @@ def test_a_limited_output_does_not_wind_up():
         for design in (sampled_controller(PID, PERIOD), free)
     )
     assert abs(prompt[-1] - 0.2) < 0.1 < 1.0 < abs(late[-1] - 0.2)
-
-
-def test_rest_is_where_an_integrator_holds_the_output_without_error():
-    design = sampled_controller(PID, PERIOD)
-    x = np.array(design.rest)
-    np.testing.assert_allclose(np.array(design.transition) @ x, x, atol=1e-12)
-    assert np.dot(design.output, x) == pytest.approx(1.0)
-    lag = control.tf([1.0], [1e4, 1.0])  # slow, but forgets
-    assert sampled_controller(lag, PERIOD).rest == (0.0,)
 
 
 def test_conditioning_needs_a_direct_path_and_stable_zeros():
