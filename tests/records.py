@@ -25,6 +25,12 @@ def words(name):
     return " ".join(page(name).split())
 
 
+def quoted(name, *sentences):
+    """See that a page of the documents has sentences, over whatever lines."""
+    for sentence in sentences:
+        assert " ".join(sentence.split()) in words(name), sentence
+
+
 def script(name):
     """The names of a script below ``scripts``, which may import its neighbours."""
     path = SCRIPTS / f"{name}.py"

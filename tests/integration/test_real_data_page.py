@@ -1,19 +1,19 @@
 """The page on real data quotes the records, and these keep what the page states."""
 
+import math
 import re
+from functools import partial
 
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.engine.rig import load_rig
-from tests.records import ROOT, SCRIPTS, page, recorded, words
+from tests import records
+from tests.records import ROOT, SCRIPTS, page, recorded, script, words
 
 LOOPS = ("alraouf2025", "alraouf2025_equations")
-
-
-def quoted(*sentences):
-    for sentence in sentences:
-        assert " ".join(sentence.split()) in words("real_data"), sentence
+quoted = partial(records.quoted, "real_data")
 
 
 def test_the_equimus_leg():
@@ -281,3 +281,172 @@ def test_every_picture_is_small_and_has_a_caption():
     assert len(shown) == page("real_data").count("](images/") == 8
     for name in shown:
         assert (ROOT / "docs" / name).stat().st_size < 150e3
+
+
+# --- hoses ---------------------------------------------------------------------------------------
+
+NAMES = {
+    "volume, no resistance": "volume alone",
+    "`tube_resistance`, laminar": "package's tube",
+    "and `supply_sag`": "and a supply that sags",
+    "and valves' delays by pressure*": "and delays by pressure",
+    "the last, `tube_resistance` turbulent": "turbulent",
+    "segments with inertia*, laminar": "laminar, segments with inertia",
+    "segments with inertia*, turbulent": "turbulent, segments with inertia",
+}
+TUBE, BEST = "package's tube", "turbulent, segments with inertia"
+HOSES = ("3 m", "6 m", "8 m")
+
+
+@pytest.fixture(scope="module")
+def hoses():
+    return recorded("results/hoses")
+
+
+def errors_over_scatter(hoses, group, model):
+    part = [r for r in hoses["rows"] if r["group"] == group]
+    return float(np.median([abs(r["models"][model][0] - r["time"]) / r["scatter"] for r in part]))
+
+
+def slower(hoses, time):
+    """By how much 6 m vent slower at 7 than at 2 bar [ms], of the times that a function reads."""
+    vents = {r["bar"]: time(r) for r in hoses["rows"] if r["metres"] == 6 and not r["fills"]}
+    return vents[7.0] - vents[2.0]
+
+
+def test_the_table_of_the_hoses(hoses):
+    for shown, model in NAMES.items():
+        found = hoses["models"][model]
+        groups = found["groups"]
+        floors = " | ".join(f"{groups[g]['floors']:.1f}" for g in (*HOSES, "7 bar"))
+        ways = " | ".join(
+            ", ".join(f"{groups[g][way][0]:+.0f}" for g in HOSES) + " %" for way in ("fill", "vent")
+        )
+        quoted(f"| {shown} | {floors} | {ways} | {found['ms_a_metre']:.1f} |")
+
+
+def test_the_text_on_the_hoses(hoses):
+    quoted(f"{sum(r['runs'] for r in hoses['rows'])} runs")
+    quoted(f"(measured: {hoses['ms_a_metre']:.1f})")
+    for model, text in (
+        (TUBE, "by {:.1f} times their scatter between runs at 6 m, {:.1f} times at 8 m"),
+        (BEST, "the last row by {:.1f} and {:.1f}."),
+    ):
+        quoted(text.format(*(errors_over_scatter(hoses, g, model) for g in ("6 m", "8 m"))))
+    measured = slower(hoses, lambda r: r["time"])
+    tube, best = (slower(hoses, lambda r, m=m: r["models"][m][0]) for m in (TUBE, BEST))
+    text = f"by {measured:.0f} ms from 2 to 7 bar, laminar by {tube:.0f} ms"
+    quoted(f"{text}, turbulent by {best:.0f} ms")
+    values = hoses["models"][BEST]["values"]
+    speed = math.sqrt(values["index"] * 287.05 * 293.15)
+    quoted(f"{speed:.0f} m/s are found")
+    vent = f"vent {values['delay_vent']:.1f} ms at 2 bar, {values['delay_vent_high']:.1f} at 6"
+    quoted(vent)
+    short = [
+        100.0 * (r["models"][BEST][0] / r["time"] - 1.0)
+        for r in hoses["rows"]
+        if r["metres"] == 2 and r["fills"]
+    ]
+    quoted(f"2 m fill {min(short):.0f} to {max(short):.0f} % faster")
+
+
+@pytest.mark.parametrize("model", [TUBE, "turbulent"])
+@pytest.mark.parametrize("fills", [True, False], ids=["fill", "vent"])
+def test_one_link_of_the_script_is_the_package_s_tube(hoses, fills, model):
+    module, values = script("hoses"), hoses["models"][model]["values"]
+    values = {n: v for n, v in values.items() if not re.match("delay|supply", n)}
+    ticks, bar, metres = np.arange(module.HORIZON), 4.0, 6
+    log = module.Log(metres, bar, fills, ticks, 0 * ticks, np.full((ticks.size, 2), bar))
+    near = module.predicted({**values, "delay_fill": 0.0, "delay_vent": 0.0}, log)[:, 0]
+    half = 0.5 * module.AREA * (metres + values["end_length"])
+    rig = pamsim.load_rig(SCRIPTS / "printed_cylinder").with_parameters(
+        {f"valve.{name}": values[name] for name in module.BASE[:3]}
+        | {
+            "valve.supply_pressure": bar * 1e5,
+            "valve.laminar_ratio": module.LAMINAR_RATIO,
+            "valve.tube_volume": half,
+            "valve.tube_resistance": values.get("resistance", 0.0) * metres,
+            "valve.tube_friction": values.get("friction", 0.0) * metres,
+            "chamber.dead_volume": half,
+            "chamber.polytropic_index": 1.0,
+            "force.area": 1e-9,  # the piston's own volume is next to none
+        }
+    )
+    experiment = pamsim.Experiment(
+        drive={"piston": "valve", "rod": "length"},
+        command_time=np.array([0.0, 1.0]),
+        command_value=np.array([[1.0 if fills else -1.0, 0.0]] * 2),
+        start_pressure=np.array([0.0 if fills else bar * 1e5]),
+        duration=1e-3 * (module.HORIZON - 1),
+        sample_rate=1e3,
+        settle=0.0,
+    )
+    run = pamsim.simulate(rig, experiment, timestep=module.STEP).completed()
+    np.testing.assert_allclose(run.pressure[:, 0], near * 1e5, atol=200.0)
+
+
+# --- the soft arm --------------------------------------------------------------------------------
+
+SMALL = "first_order_dead_time"
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return recorded("results/soft_arm")
+
+
+def pair(model, digits):
+    """RMS with the constant of January 10, and with one free for every trial."""
+    if model is None:
+        return "-"
+    return ", ".join(
+        f"{model[key]:.{digits}f}" if key in model else "-" for key in ("rms", "rms_constant_free")
+    )
+
+
+def test_the_arm_s_table_is_the_record(arm):
+    for name, link in arm["links"].items():
+        if name.endswith(", 10-2"):
+            continue
+        shown = name.removesuffix(", all")
+        rig = arm["rigs"].get(shown.removeprefix("regulator "))
+        digits = 2 if rig else 1
+        unit = "psi" if rig else "mm"
+        models = (link["models"][link["chosen"]], link["models"][SMALL], rig)
+        row = [shown, f"{link['stroke']:.1f} {unit}", f"{link['floor']:.{digits}f}"]
+        quoted(f"| {' | '.join([*row, *(pair(model, digits) for model in models)])} |")
+
+
+def test_no_transfer_function_is_recommended(arm):
+    assert not any(link["recommended"] for link in arm["links"].values())
+    regulators = [link for name, link in arm["links"].items() if "regulator" in name]
+    for link in regulators:
+        chosen = link["models"][link["chosen"]]
+        assert chosen["status"] == "degenerate"
+        assert "L" not in chosen["estimates"]
+        assert 0.59 < chosen["estimates"]["wn1"] < 0.63  # the page: 0.6 rad/s
+        assert chosen["estimates"]["zeta1"] < 0.01
+        assert chosen["rms"] > 3 * link["floor"]
+
+
+def test_the_diagnosis_is_the_recorded_one(arm):
+    found = arm["diagnosis"]
+    quoted(f"The verdict is `{found['verdict']}`")
+    valves, delay = found["effects"]
+    for effect, family in ((valves, "valve"), (delay, "command_delay")):
+        assert (effect["family"], effect["level"]) == (family, "family")
+    ratio = valves["physical"]["relative_change_venting"]
+    low, high = ratio["interval95"]
+    quoted(f"{1 + ratio['value']:.2f} [{1 + low:.2f}, {1 + high:.2f}] times")
+    lag = delay["sizes"]["valve.line_lag"]
+    low, high = lag["interval95"]
+    quoted(f"{lag['value']:.2f} [{low:.2f}, {high:.2f}] s")
+    gap = found["gap"]["lifter.pressure"]
+    before, after = (gap[key] / gap["floor"] for key in ("before", "after"))
+    quoted(f"{before:.1f} to {after:.1f} floors")
+
+
+def test_the_middle_rests_higher_on_the_later_day(arm):
+    link = arm["links"]["height of the middle"]
+    moved = link["models"][link["chosen"]]["constant_moved"]
+    quoted(f"the constant of the middle is {moved:.0f} mm higher")

@@ -9,18 +9,13 @@ import pytest
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.engine.rig import load_rig
 from pamsim.envs.closed_loop import run_episode
-from tests.records import SCRIPTS, page, recorded, script, words
+from tests.records import SCRIPTS, page, quoted, recorded, script, words
 
 PAGES = (
     *("calibrate", "check", "demo", "diagnose", "fit", "identify"),
     *("replicate", "reproduce", "step", "sweep"),
 )
 """Commands that write a page."""
-
-
-def quoted(name, *sentences):
-    for sentence in sentences:
-        assert sentence in words(name), sentence
 
 
 def table_after(document, first_cell):

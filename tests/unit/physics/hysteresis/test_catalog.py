@@ -15,8 +15,6 @@ from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis
 from tests.unit.physics.hysteresis.operator_runs import GROUPS, TIMESTEP, label, path, run
 
-DISCRETE = [group for group in GROUPS if group.law not in ("bouc_wen", "fractional_maxwell")]
-"""The memory of the others is a solution in time and not an update by the input."""
 WHOLE = {"elements", "levels", "turning_points", "branches"}
 
 
@@ -51,22 +49,6 @@ def test_an_operator_reads_its_own_fields_by_name_and_its_own_states_alone():
         operator.rates(own, more, wide, 0.03, 0.2, TIMESTEP)
         assert wide == [*rates, 7.0], label(group)
         assert more[:-1] == act
-
-
-def test_one_euler_step_leaves_a_discrete_memory_up_to_date():
-    """A second step at the same input then has nothing left to do, and the output is the same."""
-    for group in DISCRETE:
-        for timestep in (1e-4, 2e-3):
-            operator, rates = OPERATORS[group.law], [0.0] * group.state_count
-            _, act = run(group, path(random_turns(9), 5), timestep=timestep)
-            for x in random_turns(20, seed=50):
-                before = operator.output(group, act, x)
-                operator.rates(group, act, rates, x, 0.0, timestep)
-                act = [z + timestep * rate for z, rate in zip(act, rates, strict=True)]
-                after = operator.output(group, act, x)
-                assert after == pytest.approx(before, abs=1e-12), label(group)
-                operator.rates(group, act, rates, x, 0.0, timestep)
-                assert rates == pytest.approx([0.0] * len(rates), abs=1e-12 / timestep)
 
 
 def test_nan_is_passed_on_and_spoils_the_memory():

@@ -58,17 +58,6 @@ def test_the_sum_of_branches_meets_the_element_within_the_stated_bound():
         assert band_error(group) < bound, order
 
 
-def test_weights_are_positive_and_add_up_to_one():
-    """Positive weights make any such sum passive; the sum is the instantaneous stiffness."""
-    for order in (0.05, 0.27, 0.6, 0.95):
-        for branches, error in ((16, 5e-5), (64, 1e-7)):
-            group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches)
-            weights = [branch_weight(group, k) for k in range(branches)]
-            assert min(weights) > 0.0
-            if order <= 0.6:
-                assert math.fsum(weights) == pytest.approx(1.0, abs=error), order
-
-
 def test_engine_operator_follows_the_reference():
     """A motion with rests and turns, over two seconds."""
     step = 1e-3
