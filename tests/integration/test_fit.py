@@ -19,9 +19,9 @@ from pamsim.fitting.force_map import (
     named_law,
     warnings_about,
 )
-from pamsim.fitting.maxwell import fit_maxwell, maxwell_loop
+from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.physics.braid import Braid
-from pamsim.recordings.measured_table import ForceLoops, read_measured
+from pamsim.recordings.measured_table import read_measured
 from pamsim.recordings.printed import loop_equation
 from pamsim.recordings.rig_file import shipped_rigs
 from tests.unit.report.page_laws import check_page
@@ -86,39 +86,6 @@ def test_printed_arctangent_comes_back_from_a_length_loop(tmp_path, run):
     held = section(tmp_path / "held", "hysteresis")
     assert held["steepness_rising"]["source"] == "assumed"  # k1 alone fixes it
     assert held["middle_rising"]["source"] == "identified"
-
-
-MAXWELL = (0.45, 0.05, 5e3)  # alpha [-], beta [s], Ke [N/m]
-
-
-def maxwell_loops(noise, rng):
-    """Four periods of each loop, with white noise of a share of either amplitude."""
-    records, frequencies, force = [], (0.5, 1.0, 2.0, 3.5, 5.0, 10.0), 125.0
-    for frequency in frequencies:
-        w, t = 2 * np.pi * frequency, np.arange(200) / (50.0 * frequency)
-        point = maxwell_loop(*MAXWELL, w, force)
-        # x1 and x2 of the steady loop fix its in-phase and out-of-phase parts.
-        x = point.at_force * np.sin(w * t) + point.at_zero * np.cos(w * t)
-        size = np.hypot(point.at_force, point.at_zero)
-        noisy_force = force * (np.sin(w * t) + noise * rng.standard_normal(t.size))
-        records.append((t, noisy_force, x + noise * size * rng.standard_normal(t.size)))
-    time, force, displacement = zip(*records, strict=True)
-    names = tuple(f"{frequency:g} Hz" for frequency in frequencies)
-    return ForceLoops(names=names, time=time, force=force, displacement=displacement)
-
-
-def test_the_element_of_nguyen_2024_comes_back_and_its_intervals_cover():
-    rng, repeats = np.random.default_rng(11), 20
-    planted = np.array([MAXWELL[0], *np.log10(MAXWELL[1:])])
-    exact = fit_maxwell(maxwell_loops(0.0, rng), held={})[0].fit.values
-    np.testing.assert_allclose(exact, planted, atol=0.004)  # 1 % of time constant and stiffness
-    hits = np.zeros(3)
-    for _ in range(repeats):
-        found = fit_maxwell(maxwell_loops(0.02, rng), held={})[0].fit
-        low, high = np.transpose([c.interval95 for c in found.coefficients])
-        hits += (low <= planted) & (planted <= high)
-    # Binomial(20, 0.95): 99.7 % of all seeds give 16 to 20 hits.
-    assert np.all(hits >= 16), hits
 
 
 def test_a_planted_maxwell_element_comes_back_through_the_command(tmp_path, run):

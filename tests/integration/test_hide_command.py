@@ -8,8 +8,10 @@ import pytest
 import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
+from pamsim.physics.record import pack
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
+from pamsim.twins.noise import with_variation
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
@@ -140,3 +142,16 @@ def test_the_demo_s_page_has_its_film_unless_none_is_wanted(run, tmp_path, monke
         assert (printed + err).count("no picture: no screen") == films
         page = (tmp_path / choice / "index.html").read_text("utf-8")
         assert page.count("data:image/gif;base64,R0lG") == films
+
+
+def test_what_varies_from_trial_to_trial_is_what_a_muscle_or_bellows_has():
+    for name, own in (("mas20_arm", 4), ("equimus_leg", 3)):  # bellows have no tube
+        rig = pamsim.load_rig(name)
+        varied = with_variation(rig, np.random.default_rng(1), 0.01).muscles
+        changed = {
+            slot
+            for muscle, before in rig.muscles.items()
+            for slot, number in enumerate(pack(before))
+            if number != pack(varied[muscle])[slot]
+        }
+        assert len(changed) == own

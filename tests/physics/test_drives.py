@@ -68,15 +68,6 @@ def test_pressures_are_those_measured_and_valves_air_and_supply_have_no_say(rig,
     np.testing.assert_allclose(mine.tension, theirs.tension, rtol=0, atol=1e-2)
 
 
-def test_memory_and_friction_stay(rig):
-    """What acts between pressure and angle is kept."""
-    changed = rig.with_parameters({"creep.stiffness": 800.0, "friction.coulomb_force": 9.0})
-    short = dataclasses.replace(STEP, duration=0.1, settle=0.1)
-    recording = pamsim.simulate(changed, short).completed()
-    run = pamsim.simulate(changed, driven_by(recording, settle=0.1)).completed()
-    np.testing.assert_allclose(run.angle, recording.angle, rtol=0, atol=5e-6)
-
-
 # --- mixed drives --------------------------------------------------------------------------------
 
 
@@ -136,17 +127,6 @@ def test_a_muscle_with_its_measured_pressure_leaves_the_other_one_its_regulator(
     second = pamsim.simulate(late, mixed).completed()
     np.testing.assert_allclose(second.pressure, first.pressure, rtol=0, atol=150.0)
     np.testing.assert_allclose(second.angle, first.angle, rtol=0, atol=2e-5)
-
-
-def test_a_sealed_muscle_keeps_its_air(rig):
-    """Its pressure follows from its length alone: as before wherever that is as before."""
-    plain = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
-    commands = np.where([[True, False]], SET_POINTS, 0.0)
-    slow = experiment(both("pressure_set", "sealed"), commands, duration=1.0)
-    run = pamsim.simulate(plain, slow).completed()
-    by_length = run.pressure[np.argsort(run.angle), 1]
-    assert np.ptp(by_length) > 5e3
-    assert np.all(np.diff(by_length) >= -1e-6)
 
 
 def test_what_does_not_fit_the_rig_is_refused(rig):

@@ -3,38 +3,14 @@
 import re
 import tomllib
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
-from scipy.signal import dlsim
 
 import pamsim
 from pamsim.identification.records import SignalRecord
 from tests.records import SCRIPTS, page, recorded, script, words
 from tests.unit.identification.planted import fit_continuous
-
-links = script("link_study_cases")
-
-
-def test_cases_are_of_different_families_on_the_sides_of_their_tier_spread_evenly():
-    plans = links.planned()
-    assert len({plan["seed"] for plan in plans}) == len(plans) == sum(links.TIERS.values())
-    half = [plan["tier"] for plan in plans[: len(plans) // 2]]
-    assert all(abs(half.count(tier) - count / 2) <= 1 for tier, count in links.TIERS.items())
-    for plan in plans:
-        families = [links.families(effect) for effect in plan["effects"]]
-        assert not any(one & other for one, other in combinations(families, 2))
-        air = sum(map(links.of_air, plan["effects"]))
-        sides = {"two_links": air == 1, "one_link": air in (0, 2), "three": air in (1, 2)}
-        assert sides.get(plan["tier"], True), plan["name"]
-
-
-@pytest.mark.slow
-def test_a_size_leaves_the_excess_that_was_drawn():
-    wanted, where = 3.0, (False, links.RIG, 0.0)
-    size = links.size_that_leaves("load_torque", wanted, *where)
-    assert links.excess("load_torque", size, *where) == pytest.approx(wanted, rel=0.05)
 
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
@@ -102,34 +78,6 @@ def test_the_page_states_how_well_errors_of_sensors_and_flows_of_valves_are_lear
     assert f"errors are {min(errors):.1f} to {max(errors):.1f} %" in text
     assert f"at {100 * found['band_holds']:.1f} % of the places, and {min(closed):.1f} %" in text
     assert (found["learned"]["nothing"], found["learned"]["library"]) == ("0 of 2", "0 of 2")
-
-
-runs = script("free_runs")
-
-
-def test_the_start_of_any_linear_system_is_found_and_no_more_is_fitted():
-    """A real, double, complex or integrating system runs on from any state."""
-    for poles in ([0.5], [0.99, 0.99], [0.9 + 0.3j, 0.99, -0.4, 0.9 - 0.3j], [1.0, 1.0, 0.0]):
-        n = len(poles)
-        rng = np.random.default_rng(n)
-        a = np.diag(np.ones(n - 1), -1)
-        a[0] = -np.real(np.poly(poles))[1:]
-        system = (a, np.eye(n)[:, :1], rng.standard_normal((1, n)), np.zeros((1, 1)), 1.0)
-        u = rng.standard_normal(300)
-        forced = dlsim(system, u)[1][:, 0]
-        y = dlsim(system, u, x0=10.0 * rng.standard_normal(n))[1][:, 0] + 3.0
-        assert np.linalg.norm(y - forced - 3.0) > 0.1
-        run = runs.started_freely(forced, poles, y)
-        assert run == pytest.approx(y, abs=1e-6 * np.ptp(y)), poles
-    # Of noise, n + 1 dimensions of 400 are explained.
-    noise, poles = np.random.default_rng(3).standard_normal(400), [0.95 + 0.2j, 0.95 - 0.2j, 0.8]
-    left = noise - runs.started_freely(np.zeros(400), poles, noise)
-    assert np.linalg.matrix_rank(runs.free_responses(poles, 400)) == 4
-    assert left @ left == pytest.approx(noise @ noise, rel=0.05)
-    # A growing mode has no free run.
-    assert runs.grows([1.03, 0.9], 500)
-    assert not runs.grows([1.0, 1.0, 0.9], 500)
-    assert not np.any(np.isfinite(runs.started_freely(np.zeros(800), [5.0], np.ones(800))))
 
 
 def test_pamsim_s_models_are_scored_as_its_own_free_start_does():

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import scipy.integrate
 
 from pamsim.core.errors import EngineError
 from pamsim.physics.chosen_law import (
@@ -24,7 +23,6 @@ from pamsim.physics.chosen_law import (
 )
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
-from pamsim.physics.force_laws.exponential import SixParameter
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import parameters
@@ -39,24 +37,6 @@ MUSCLES["effective_area"] = Muscle(
     valve=make().valve,
 )
 PLACES = (0.06, 0.1, 0.16)
-
-
-@pytest.fixture
-def outside(monkeypatch):
-    """The six-parameter law as one from outside the package that states its force alone."""
-
-    @dataclasses.dataclass(frozen=True, kw_only=True)
-    class Outside(SixParameter):
-        law = "outside"
-
-    for name in ("_laws", "_codes", "_by_code"):
-        monkeypatch.setattr(FORCE_LAWS, name, dict(getattr(FORCE_LAWS, name)))
-    stated = dict.fromkeys(("volume_function", "work_function", "derivatives_function"))
-    law = dataclasses.replace(
-        FORCE_LAWS["six_parameter"], group=Outside, volume_varies=True, **stated
-    )
-    FORCE_LAWS.add(law, "this test")
-    return make(force=Outside(**dataclasses.asdict(FORCES["six_parameter"])))
 
 
 def assert_force_volume_and_work_agree(m, pressure):
@@ -97,22 +77,6 @@ def test_every_law_is_given_its_own_numbers_and_its_volume_and_work_belong_to_it
     assert law_volume_varies(m) is card.volume_varies
     for pressure in (2.5e5, 4.5e5):
         assert_force_volume_and_work_agree(m, pressure)
-
-
-def test_a_law_from_outside_does_as_the_one_of_the_package_with_its_formula(outside):
-    ours, theirs = parameters(outside), parameters(MUSCLES["six_parameter"])
-    assert ours.force.law != theirs.force.law
-    assert_force_volume_and_work_agree(ours, 3e5)
-    for kappa in PLACES:
-        found, wanted = (law_derivatives(m, 3e5, kappa) for m in (ours, theirs))
-        assert found == pytest.approx(wanted, rel=1e-3)
-        gained = law_volume(ours, 3e5, kappa)
-        expected, _ = scipy.integrate.quad(
-            lambda at: law_force(ours, 3e5, at), 0.0, kappa, epsabs=1e-12
-        )
-        assert law_work(ours, 3e5, kappa, gained) == pytest.approx(expected, rel=1e-8)
-    assert law_volume_varies(ours)
-    assert not law_volume_varies(theirs)
 
 
 def test_a_function_of_a_law_takes_all_numbers_in_order_or_some_by_their_names():

@@ -5,7 +5,7 @@ from scipy.integrate import quad
 
 from pamsim.physics.hysteresis.arctangent import Arctangent, branch, half_width, kept_and_added
 from pamsim.recordings.printed import arctangent_law, loop_equation
-from tests.unit.physics.hysteresis.operator_runs import area, path, run
+from tests.unit.physics.hysteresis.operator_runs import path, run
 
 INCREASING, DECREASING = (
     tuple(each.value for each in loop_equation(side)) for side in ("up", "down")
@@ -61,30 +61,6 @@ def test_an_inner_loop_is_a_small_image_of_the_major_one():
         for k in range(4):
             width, whole = ws[6 + k] - ws[4 - k], major[k] - major[8 - k]
             assert width == pytest.approx((high - low) * whole, abs=1e-12)
-
-
-def shaped(steepness, rising, falling):
-    return Arctangent(
-        high_contraction=1.0,
-        steepness_rising=steepness,
-        middle_rising=rising,
-        steepness_falling=steepness,
-        middle_falling=falling,
-    )
-
-
-def test_steep_branches_give_no_energy_in_their_tails_and_equal_ones_have_no_loop():
-    """Area of an inner loop on the falling branch: the major loop's, times its length squared."""
-    group, steps = shaped(20.0, 0.6, 0.4), 400
-    xs = path([1.0, 0.0], steps)
-    major = area([0.0, *xs], [0.0, *run(group, xs)[0]])
-    assert major > 0.1
-    for start in (0.0, 0.2):
-        xs = path([1.0, start, 0.45, start], steps)
-        ws = run(group, xs)[0]
-        inner = area(xs[2 * steps - 1 :], ws[2 * steps - 1 :])
-        assert inner == pytest.approx(major * (0.45 - start) ** 2, rel=1e-3)
-    assert run(shaped(5.0, 0.4, 0.4), [0.5, 0.25, 0.75])[0] == [0.0, 0.0, 0.0]
 
 
 def test_memory_holds_a_bounded_number_of_turning_points():
