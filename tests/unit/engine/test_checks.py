@@ -117,31 +117,17 @@ def test_a_kernel_that_loses_air_or_lets_muscles_push_is_noticed(rig, monkeypatc
                 pamsim.simulate(there, step, backend="python")
 
 
-@pytest.mark.parametrize("command", ["valve", "pulse"])
-def test_every_way_of_air_balances_and_results_are_the_same_to_the_bit(rig, command):
-    experiment = pamsim.Experiment(
-        drive=command,
-        command_time=np.array([0.0, 0.15, 0.3]),
-        command_value=np.array([[0.6, -0.8], [0.0, 0.3], [-0.5, 0.35]]),
-        start_pressure=np.array([3e5, 2e5]),
-        duration=0.5,
-        settle=0.1,
-    )
-    for changes in (
-        {"valve.tube_resistance": 2e8, "chamber.heat_rate": 2.0, "valve.supply_resistance": 3e8},
-        {"valve.travel_time": 0.05, "valve.dead_zone": 0.2, "valve.line_lag": 0.04},
-        {"chamber.laminar_leak_conductance": 3e-12, "chamber.leak_conductance": 5e-12},
-        {"braid.extensibility": 1e-8, "friction.coulomb_force": 12.0, "chain.ripple": 1e-4},
-    ):
-        there = rig.with_parameters(changes)
-        with pamsim.checks():
-            checked = pamsim.simulate(there, experiment)
-        with pamsim.checks(False):
-            usual = compiled.step_functions()[2].address
-            assert plugin.engine_entry(plugin.slot()).advance == usual  # no check is called
-            unchecked = pamsim.simulate(there, experiment)
-        assert np.array_equal(checked.final_state, unchecked.final_state)
-        assert np.array_equal(checked.pressure, unchecked.pressure)
+def test_results_are_the_same_to_the_bit_without_checks(rig):
+    """Which other tests leave on, so that every way of air balances in them."""
+    there = rig.with_parameters({"valve.tube_resistance": 2e8, "chamber.heat_rate": 2.0})
+    with pamsim.checks():
+        checked = pamsim.simulate(there, STEP)
+    with pamsim.checks(False):
+        usual = compiled.step_functions()[2].address
+        assert plugin.engine_entry(plugin.slot()).advance == usual  # no check is called
+        unchecked = pamsim.simulate(there, STEP)
+    assert np.array_equal(checked.final_state, unchecked.final_state)
+    assert np.array_equal(checked.pressure, unchecked.pressure)
 
 
 def test_an_environment_raises_at_the_step():
