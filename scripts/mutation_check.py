@@ -98,9 +98,9 @@ PARTS = {
             "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/curve_forms.py",
         ),
         (
-            "unit/physics/test_learned.py unit/physics/test_learned_tension.py"
+            "unit/physics/test_learned_curves.py"
             " unit/diagnosis/by_link/test_joint_curves.py"
-            " unit/diagnosis/by_link/test_muscle_curves.py unit/physics/test_spline.py"
+            " unit/diagnosis/by_link/test_muscle_curves.py"
             " unit/diagnosis/by_link/test_sensor_curves.py"
             " unit/diagnosis/by_link/test_valve_curves.py"
             " unit/diagnosis/by_link/test_learned_entry.py",
