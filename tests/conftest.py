@@ -29,8 +29,11 @@ if sys.platform == "linux":
 # Every step of every simulation, see `pamsim.checks`; tests of commands leave that out again.
 os.environ["PAMSIM_CHECK"] = "1"
 
-# A first call may compile a law, which takes seconds: the time of one example is no measure.
-hypothesis.settings.register_profile("pamsim", parent=hypothesis.settings(), deadline=None)
+# The same examples in every run: a failure here is a failure everywhere. A first call may compile a
+# law, which takes seconds: the time of one example is no measure.
+hypothesis.settings.register_profile(
+    "pamsim", derandomize=True, deadline=None, database=None, max_examples=60
+)
 hypothesis.settings.load_profile("pamsim")
 
 

@@ -20,11 +20,7 @@ INPUTS = between(-0.17, 0.17)
 TURNS = st.lists(INPUTS, min_size=1, max_size=8)
 
 
-def few(examples):
-    return settings(max_examples=examples, derandomize=True, deadline=None, database=None)
-
-
-@few(12)
+@settings(max_examples=12)
 @given(TURNS, st.integers(1, 9), between(1e-4, 1e-2))
 def test_speed_and_sampling_do_not_matter_and_output_stays_near_the_unit_range(
     turns, points, timestep
@@ -37,7 +33,7 @@ def test_speed_and_sampling_do_not_matter_and_output_stays_near_the_unit_range(
         assert max(map(abs, coarse)) <= 1.6, label(group)
 
 
-@few(15)
+@settings(max_examples=15)
 @given(TURNS, INPUTS, INPUTS, st.lists(SHARES, max_size=5), SHARES)
 def test_inner_loops_are_wiped_out(turns, low, high, inside, last):
     """What happened between two extremes is forgotten when the input returns to the second."""
@@ -50,7 +46,7 @@ def test_inner_loops_are_wiped_out(turns, low, high, inside, last):
         assert with_loops[-2:] == pytest.approx(without[-2:], abs=1e-6), label(group)
 
 
-@few(15)
+@settings(max_examples=15)
 @given(TURNS, TURNS, INPUTS, INPUTS, st.lists(SHARES, min_size=1, max_size=4))
 def test_loops_between_the_same_inputs_are_congruent(one, other, low, high, shares):
     """Two histories leave loops between the same extremes that differ by a constant."""
@@ -73,7 +69,7 @@ def test_the_largest_cycle_costs_energy():
             assert found > 0.02, label(group)
 
 
-@few(12)
+@settings(max_examples=12)
 @given(TURNS)
 def test_mirrored_input_gives_mirrored_output(turns):
     for group in (g for g in GROUPS if OPERATORS[g.law].odd):
@@ -86,7 +82,7 @@ def test_mirrored_input_gives_mirrored_output(turns):
         assert mirrored == pytest.approx([-w for w in there], abs=1e-9), label(group)
 
 
-@few(3)
+@settings(max_examples=3)
 @given(st.lists(INPUTS, min_size=3, max_size=3))
 def test_no_way_back_gives_more_than_is_held(turns):
     """w dx is at least what the energy held gains, on every step of every path.

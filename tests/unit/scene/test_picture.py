@@ -84,25 +84,16 @@ def test_chain_law_is_exact_and_nothing_touches_over_the_whole_range(model):
     assert Strand(model, data, 1, 0.24).axes[1, 1] > 0.0
 
 
-@pytest.mark.parametrize("load", [0.0, 1.2, 2.14])
-def test_inertia_gravity_torque_and_discs_follow_the_load(model, load):
-    own = model.body("arm").inertia[2] + 0.45 * 0.125**2
-    disc = model.body("load").inertia[2] + 0.25**2
-    set_load(model, load)
-    data = at(model, 0.3)
-    assert data.qfrc_bias[0] == pytest.approx(0.0, abs=1e-12)
-    radius = model.site("load_seat").size[0]
-    wide = [g for g in decorated(model, data) if g.size[0] == pytest.approx(radius)]
-    assert len(wide) == {0.0: 0, 1.2: 2, 2.14: 4}[load]
-    iron = 7300.0 * math.pi * radius**2 * sum(2.0 * g.size[2] for g in wide)
-    assert iron == pytest.approx(load, rel=0.1)  # short by the gaps between the discs
-    tilt = 0.1
-    model.body("rig").quat[:] = math.cos(tilt / 2), math.sin(tilt / 2), 0.0, 0.0
-    data, mass = at(model, 0.3), np.zeros((1, 1))
-    mujoco.mj_fullM(model, data, mass)
-    assert mass[0, 0] == pytest.approx(own + load * disc)
-    torque = 9.81 * math.sin(tilt) * math.cos(0.3) * (0.45 * 0.125 + load * 0.25)
-    assert data.qfrc_bias[0] == pytest.approx(torque)
+def test_discs_follow_the_load():
+    for load, count in ((0.0, 0), (1.2, 2), (2.14, 4)):
+        model = mujoco.MjModel.from_xml_path(str(FOLDER / "mas20_arm.xml"))
+        set_load(model, load)
+        radius = model.site("load_seat").size[0]
+        drawn = decorated(model, at(model, 0.3))
+        wide = [g for g in drawn if g.size[0] == pytest.approx(radius)]
+        assert len(wide) == count
+        iron = 7300.0 * math.pi * radius**2 * sum(2.0 * g.size[2] for g in wide)
+        assert iron == pytest.approx(load, rel=0.1)  # short by the gaps between the discs
 
 
 def test_muscle_keeps_the_length_of_its_fibres_and_its_rubber_between_the_fittings():

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -91,7 +91,6 @@ ANY_SPRING = st.tuples(
     st.one_of(st.just(0.0), st.floats(0.1, RANGES["locking"][1])),
 )
 CONTRACTIONS = st.floats(-0.2, 0.5, allow_subnormal=False)
-some = settings(max_examples=60, derandomize=True, deadline=None, database=None)
 
 
 def stored(contraction, spring):
@@ -109,7 +108,6 @@ def stored(contraction, spring):
     return energy + (x - inside) * (at + 0.5 * slope * (x - inside))
 
 
-@some
 @given(ANY_SPRING, CONTRACTIONS, CONTRACTIONS)
 def test_work_depends_on_the_ends_alone_and_is_stored(spring, start, end):
     """What the spring takes up between two contractions is the difference of a positive energy."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pamsim.physics.hysteresis.bouc_wen import BoucWen, bouc_wen_rate, bouc_wen_rates
@@ -44,7 +44,6 @@ SHAPES = st.tuples(st.floats(1e-3, 0.5), st.floats(0.5, 10.0), st.floats(1.0, 20
 LEVELS = st.floats(-1.0, 1.0, allow_subnormal=False)
 
 
-@settings(max_examples=60, derandomize=True, deadline=None, database=None)
 @given(SHAPES, LEVELS, st.floats(-1e3, 1e3), st.floats(1e-3, 1e3), st.lists(LEVELS, max_size=60))
 def test_any_shape_is_passive_odd_and_a_function_of_the_path_and_stays_inside_one(
     shape, z, velocity, factor, steps

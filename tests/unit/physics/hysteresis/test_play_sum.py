@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pamsim.core.errors import InputError
@@ -17,7 +17,6 @@ from pamsim.physics.hysteresis.prandtl_ishlinskii import (
 )
 from tests.unit.physics.hysteresis.operator_runs import path, run
 
-many = settings(max_examples=50, derandomize=True, deadline=None, database=None)
 POSITIVE = st.floats(0.05, 2.0, allow_subnormal=False)
 
 
@@ -42,7 +41,6 @@ def test_play_by_hand():
     assert outputs == [0.0, 0.5, 2.0, 2.0, 2.0, 1.5, 3.0]
 
 
-@many
 @given(play_sums(), st.lists(st.floats(-3.0, 3.0, allow_subnormal=False), max_size=25))
 def test_operator_and_inverse_undo_each_other_in_either_order(operator, inputs):
     inverse = operator.inverse()
@@ -96,7 +94,6 @@ def test_maxwell_slip_initial_curve_and_saturation():
     assert run(group, [0.2, -0.2])[0] == pytest.approx([1.0, -1.0])
 
 
-@many
 @given(st.floats(0.01, 0.2), st.floats(0.0, 1.0))
 def test_maxwell_slip_obeys_masing(amplitude, share):
     """A branch after a reversal is the initial curve, twice as large in both directions."""
