@@ -276,16 +276,3 @@ def test_all_that_tasks_ask_for_is_within_reach_and_follows_from_the_seed():
             assert found.torque.any() == (task == "disturbance")
     step = asked("step").position  # held for two seconds
     assert TIME[1:][np.diff(step) != 0.0] == pytest.approx([2.0, 4.0, 6.0, 8.0])
-
-
-@pytest.mark.parametrize("task", ["sine", "multisine"])
-def test_rate_and_acceleration_are_derivatives_of_the_position(task):
-    found, h = asked(task), TIME[1]
-    rate = (found.position[2:] - found.position[:-2]) / (2.0 * h)
-    bend = (found.position[2:] - 2.0 * found.position[1:-1] + found.position[:-2]) / h**2
-    assert rate == pytest.approx(found.velocity[1:-1], abs=1e-4)
-    # The envelope's third derivative jumps where it ends, at 1 s.
-    inside = np.abs(TIME[1:-1] - 1.0) > 2 * h
-    assert bend[inside] == pytest.approx(found.acceleration[1:-1][inside], abs=1e-3)
-    assert found.position[0] == REACH.centre
-    assert found.velocity[0] == found.acceleration[0] == 0.0

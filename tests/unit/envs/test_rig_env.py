@@ -122,15 +122,6 @@ def test_same_seed_same_bits_in_another_process(made):
     assert message.stdout.strip() == hashlib.sha256(own.tobytes()).hexdigest()
 
 
-def test_a_delay_of_whole_periods_is_a_shift_of_the_actions(made):
-    moves = actions(20)
-    for kind in (PRESSURE, VALVE):
-        prompt, late = made(kind, effort=0.0), made(kind, effort=0.0, delay=0.02)
-        # At rest: 300 kPa of 600; valves shut.
-        shifted = played(prompt, np.concatenate([held(2), moves[:-2]]))
-        assert np.array_equal(played(late, moves), shifted)
-
-
 def test_effort_costs_the_squared_change_of_command(made):
     moves = actions(20)
     free, dear = made(effort=0.0), made(effort=0.5)

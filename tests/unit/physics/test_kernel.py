@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
-from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber, air_state_rate
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.friction import Friction, bond_rate, dry_friction
+from pamsim.physics.friction import bond_rate, dry_friction
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.passive import Creep, PassiveSpring, locking_force, tube_force
+from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
 from pamsim.physics.record import COMMON, STATE_NAMES, pack
 from pamsim.physics.tension import EndShape
 from pamsim.physics.valves import COMMANDS
@@ -315,26 +314,6 @@ def test_the_slope_of_the_volume_is_its_difference_quotient(extensibility):
             )
             quotient = (high[0] - low[0]) / (2.0 * near)
             assert slope == pytest.approx(quotient, rel=1e-3, abs=1e-16), (name, pressure)
-
-
-# --- neutral values: equal to the last bit ------------------------------------------------------
-
-
-def bits(values: list[float]) -> list[str]:
-    return [(value + 0.0).hex() for value in values]  # a slack muscle's zero has no sign
-
-
-def test_states_of_effects_that_are_off_stand_still_and_nobody_minds_them():
-    """Rates of all states with such as a rig cannot have left there but by hand."""
-    off = {"chain": Chain(), "creep": Creep(), "friction": Friction(), "valve": PLAIN_VALVE}
-    for loop in LOOPS:
-        muscle = make(loop=loop, **off)
-        for tendon, pressure, z in FEW:
-            act = charged(muscle, tendon, pressure, z, carried=0.4)
-            without = [*act[:-7], *[0.0] * 6, act[-1]]
-            found = rates(muscle, act, tendon, 0.03, 0.4)
-            assert found[-7:-1] == [0.0] * 6, loop
-            assert bits(found) == bits(rates(muscle, without, tendon, 0.03, 0.4)), loop
 
 
 # --- the search for a pressure that the volume depends on ---------------------------------------

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
 
 import numpy as np
 import pytest
 
-from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -27,7 +25,6 @@ from pamsim.physics.record import (
     joined_states,
     pack,
     parameters,
-    places_in_row,
     record_dtype,
     slot,
     split_states,
@@ -123,24 +120,6 @@ def test_each_number_is_found_by_name_in_the_row_in_its_view_and_in_plain_python
         assert plain[0].braid.nominal_length == plain[0].stroke.nominal_length == length
     plain[0].chamber.temperature = 1.0
     assert unpack(row) == muscle  # a view in plain Python is a copy
-
-
-def test_every_name_has_a_place_of_its_own():
-    for muscle in MUSCLES.values():
-        for laws in ((), laws_of(muscle)):
-            places = places_in_row(*laws)
-            count = Counter(places.values())
-            shared = {name for name, at in places.items() if count[at] > 1 and ".law" not in name}
-            assert shared == {"braid.nominal_length", "stroke.nominal_length"}
-            # There are no gaps but behind the parameters of the laws.
-            assert set(range(slot("force.law"))) < set(places.values()) <= set(range(SIZE))
-    for law in (law.group for law in (*FORCE_LAWS.values(), *OPERATORS.values())):
-        laws = (law, None) if law.group == "force" else (None, law)
-        assert record_dtype(*laws).itemsize == 8 * SIZE
-        places, first = places_in_row(*laws), slot(f"{law.group}.law") + 1
-        own = [places[f"{law.group}.{field}"] for field, _ in specs(law)]
-        assert own == list(range(first, first + len(own)))  # in declared order
-        assert len(own) <= MOST_PARAMETERS
 
 
 def test_a_muscle_has_the_parameters_of_its_laws_and_of_no_other():

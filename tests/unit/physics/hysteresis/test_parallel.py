@@ -81,7 +81,7 @@ def test_it_is_wider_to_one_side_and_pulls_nothing_within_its_dead_zone():
 def test_asymmetric_hysteresis_gives_no_work_and_its_energy_is_what_it_holds(shape):
     """Along any path the work is at least the gain of the energy, which the volume shows."""
     bent = ParallelHysteresis(force=50.0, force_per_pressure=1e-4, **SHAPE, **shape)
-    each, turns = 40, PATH[:120]
+    each, turns = 40, PATH[:90]
     fine = np.interp(np.arange(each * len(turns)) / each, np.arange(len(turns)), turns)
     force, volume = along(fine.tolist(), parallel_hysteresis=bent).T
     energy = held(volume, 50.0 + 1e-4 * PRESSURE)
