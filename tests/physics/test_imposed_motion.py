@@ -14,11 +14,9 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.external import act, effort, external
 from pamsim.engine.simulate import simulate
 from pamsim.physics.friction import Friction, stribeck_friction
-from pamsim.physics.record import pack
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.rig_file import find_rig
 from pamsim.recordings.signals import Drive
-from tests.unit.physics.flat import static_force
 
 GRAVITY, ROD = 9.81, 0.5
 """Of muscle_bench [m/s^2, kg]."""
@@ -118,19 +116,6 @@ def stretched(time, positions, pressure=3e5, **changes):
         start_pressure=np.array([pressure]),
         **{**given, **changes},
     )
-
-
-def test_at_rest_the_machine_holds_the_force_of_the_law_less_the_weight(bench):
-    reversible = bench.with_parameters({"hysteresis.force_per_pressure": 0.0})
-    row = pack(reversible.muscles["muscle"]).tolist()
-    for pressure, position in ((0.0, 0.004), (1e5, -0.01), (5e5, -0.06)):
-        still = stretched(np.zeros(1), [position], pressure, duration=0.02)
-        run = simulate(reversible, still).completed()
-        law = static_force(row, position, pressure)
-        assert law > 20.0
-        np.testing.assert_allclose(run.tension[:, 0], law, rtol=1e-9)
-        np.testing.assert_allclose(run.signal("rod.force"), law - ROD * GRAVITY, rtol=1e-6)
-        np.testing.assert_allclose(run.signal("rod.position"), position, rtol=0, atol=1e-12)
 
 
 def test_numbers_of_the_bench_s_readme_are_those_of_the_rig(bench):

@@ -3,7 +3,6 @@
 import ast
 import dataclasses
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +14,12 @@ from tests.plant.air import GAMMA, R_AIR, pressure_rate
 from tests.plant.compiled import compiled_integrator
 from tests.plant.inputs import INPUTS
 from tests.plant.muscle import (
-    play_share,
-    played,
-    reach_of,
     steady_pull,
     volume,
 )
 from tests.plant.read_rig import _COPIED, read_rig
-from tests.plant.records import ANGLE, PLAYS
-from tests.plant.run import at_zero, run
+from tests.plant.records import ANGLE
+from tests.plant.run import STEP, at_zero, run
 
 
 @pytest.fixture
@@ -44,14 +40,14 @@ def pendulum(arm):
     return arm
 
 
-def moved(numbers, start, times, step=1.7e-4):
+def moved(numbers, start, times):
     """Angles and speeds of a joint that is let go at an angle."""
     states, plays = at_zero(numbers, np.full(2, 2e5))
     states[ANGLE] = start
     rows = np.zeros((len(times), 6))
     compiled_integrator()(
         numbers.joint, numbers.muscles, plays, states, times, np.zeros((0, 3)), False,
-        np.zeros(2), step, rows,
+        np.zeros(2), STEP, rows,
     )  # fmt: skip
     return rows[:, 0], rows[:, 1]
 
@@ -79,13 +75,6 @@ def test_a_joint_holds_any_torque_below_the_breakaway_torque_and_slides_above_it
         assert left or np.all(angle == 0.0)
 
 
-def test_events_do_not_depend_on_the_step(pendulum):
-    put(pendulum.joint, dry=0.1, static=0.1, static_speed=0.3)
-    times = np.arange(0.0, 2.0, 0.01)
-    coarse, fine = (moved(pendulum, 0.4, times, step)[0] for step in (3e-4, 3e-5))
-    assert np.abs(coarse - fine).max() < 1e-6
-
-
 def test_force_and_volume_do_the_same_work(rig):
     """Maxwell's relation: the volume falls with length as the force grows with pressure."""
     p = 2.5e5
@@ -106,30 +95,6 @@ def test_force_and_volume_do_the_same_work(rig):
             assert found[1] == pytest.approx(-work, rel=1e-6, abs=1e-12), hidden
             assert (longer - shorter) / 2e-6 == pytest.approx(-work, rel=2e-3), hidden
             assert found[2] == pytest.approx((more - less) / 2e3, rel=1e-4, abs=1e-16), hidden
-
-
-def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
-    m = arm.muscles[0]
-    inner = np.random.default_rng(3).uniform(0.005, 0.02)
-
-    def followed(corners, plays):
-        work = 0.0
-        for start, end in pairwise(corners):
-            path, forces = np.linspace(start, end, 60), []
-            for kappa in path.tolist():
-                for k in range(PLAYS):
-                    plays[k] = played(plays[k], kappa, reach_of(m, k))
-                forces.append(play_share(m, plays, kappa))
-            work += np.trapezoid(forces, path)
-        return work
-
-    for even in (0.0, 1.0):
-        put(m, play_per_pressure=1e-4, play_reach=0.02, play_even=even)
-        plays = np.zeros(PLAYS)
-        followed([0.0, 0.03, -0.01], plays)
-        before = plays.copy()
-        assert followed([-0.01, inner, -0.01], plays) > 1e-5
-        np.testing.assert_allclose(plays, before, atol=1e-15)
 
 
 @pytest.mark.parametrize("heat_time", [0.02, 0.3, 1e9])

@@ -103,18 +103,6 @@ def test_a_state_goes_on_where_it_was_taken():
 
 
 @pytest.mark.slow
-def test_a_pushed_joint_moves():
-    run, data, worlds = two_at_rest()
-    worlds.push(np.array([[0.0], [5.0]]), RIG.velocity_addresses)
-    worlds.step(np.full((2, 2), 3e5), 40)
-    data.qfrc_applied[RIG.velocity_addresses] = 5.0
-    data.ctrl[:] = 3e5
-    mujoco.mj_step(run.model, data, 40)
-    assert worlds.position[1] == pytest.approx(data.qpos, abs=1e-6)
-    assert worlds.position[1, 0] - worlds.position[0, 0] > 1e-4
-
-
-@pytest.mark.slow
 def test_a_world_that_breaks_down_ends_alone(monkeypatch):
     """Its valves open to a supply without pressure, by which a flow is divided."""
 
