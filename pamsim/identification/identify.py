@@ -13,8 +13,8 @@ from pamsim.core.errors import InputError
 from pamsim.identification.data import load_data, only_table, select_trials
 from pamsim.identification.frequency import FrequencyIdentification, identify_frequency_response
 from pamsim.identification.frequency_table import is_over_frequency
+from pamsim.identification.local_models import fit_operating_points
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.identification.operating_points import fit_operating_points
 from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.result import Identification

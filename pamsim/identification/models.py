@@ -12,7 +12,12 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.choose import Choice, by_free_run, by_likelihood
+from pamsim.identification.choose import (
+    Choice,
+    by_free_run,
+    by_likelihood,
+    spanning_structures,
+)
 from pamsim.identification.continuous import STARTS, ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
@@ -24,7 +29,6 @@ from pamsim.identification.residual_tests import (
     residual_nonlinearity,
 )
 from pamsim.identification.structure_scan import RoughFit, scan_structures
-from pamsim.identification.structure_uncertainty import spanning_structures
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")

@@ -1,11 +1,11 @@
 """What a linear model is fitted to: sampled trials, or a frequency response.
 
-And how well a run of a model fits a trial.
+How well a run of a model fits a trial, and the parts of long trials that a search begins with.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -30,6 +30,14 @@ _APART = 1.0  # rad at the highest frequency, between dead times to start from
 _MOST_DELAYS = 20  # each is a search of its own
 _LAGS = 40  # at which a delayed input is compared
 _ANOTHER, _THE_SAME = 0.25, 0.8  # share explained of a signal that is another one, or the same
+_ROWS = 50_000
+"""Samples of the first part: enough for every effect of more than a thousandth of the noise's
+variance, and searched in seconds."""
+_MORE = 4  # times as many in the next: all parts together cost a third of the whole at most
+_MOVES = 0.5
+"""Spread of a signal in a part, over that in the whole, from which the part is like it: at half the
+signal the ratio to the noise is still a quarter of the whole's."""
+_SHOWN = 0.1  # slowest time constant over the length of a trial, in which it decays to 5e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,3 +263,42 @@ def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
     simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
     # The joint mean is 0 up to rounding, so that this is the definition of one trial.
     return fit_percent(measured, simulated)
+
+
+def growing_parts(records: Sequence[SignalRecord]) -> Iterator[Sequence[SignalRecord]]:
+    """Ever larger parts of records in which all signals move as much, and in the end all of them.
+
+    A part has fewer trials, evenly drawn; if one is too long already, its beginning. What takes
+    time in a search are the evaluations on the way: a twentieth of a million samples leads it next
+    to the place where the whole ends it.
+    """
+    samples, rows = sum(record.output.size for record in records), _ROWS
+    while rows < samples:
+        part = _part(records, max(1, rows * len(records) // samples), rows)
+        if part is not None:
+            yield part
+        rows *= _MORE
+    yield records
+
+
+def shows(part: Sequence[SignalRecord], slowest: float) -> bool:
+    """Whether a part is long enough for a mode that takes so long to decay by e [s]."""
+    return slowest <= _SHOWN * min(record.duration for record in part)
+
+
+def _part(records: Sequence[SignalRecord], count: int, rows: int) -> list[SignalRecord] | None:
+    """So many trials of so many samples in all; None where some signal moves less in them."""
+    drawn = np.linspace(0, len(records) - 1, count).astype(int).tolist()
+    try:
+        found = [
+            own if own.output.size * count <= rows else own.part(slice(0, rows // count))
+            for own in (records[k] for k in drawn)
+        ]
+    except InputError:  # its input or output never moves
+        return None
+    return found if np.all(_spread(found) >= _MOVES * _spread(records)) else None
+
+
+def _spread(records: Sequence[SignalRecord]) -> FloatArray:
+    """Standard deviation of the output and of each input, (1 + inputs,)."""
+    return np.std(np.concatenate([np.column_stack([r.output, r.inputs]) for r in records]), axis=0)

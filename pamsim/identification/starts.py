@@ -15,8 +15,14 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.held_input import chain_derivatives, chain_modes
-from pamsim.identification.long_records import growing_parts, shows
-from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
+from pamsim.identification.records import (
+    Data,
+    FrequencyRecord,
+    SignalRecord,
+    growing_parts,
+    shows,
+    time_range,
+)
 from pamsim.identification.separable import column_scale, minimise, scaled_solution
 
 _lfilter: Any = scipy.signal.lfilter

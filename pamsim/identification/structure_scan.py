@@ -13,8 +13,7 @@ from pamsim.identification.continuous import (
     MOST_INTEGRATORS,
     ContinuousStructure,
 )
-from pamsim.identification.long_records import growing_parts, shows
-from pamsim.identification.records import SignalRecord, time_range
+from pamsim.identification.records import SignalRecord, growing_parts, shows, time_range
 from pamsim.identification.separable import Solution, rough_minimum
 from pamsim.identification.starts import (
     delay_starts,

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pamsim.identification.operating_points import fit_operating_points
+from pamsim.identification.local_models import fit_operating_points
 from pamsim.identification.signals import (
     default_input,
     default_output,
@@ -158,7 +158,7 @@ def test_every_step_of_a_staircase_is_a_point_and_repeats_share_it(monkeypatch):
     # A load makes points of its own; of very many some are drawn.
     loads = [staircase(seed, load=float(seed)) for seed in (1, 2)]
     assert len(mapped(*loads)[0].models) == 8
-    monkeypatch.setattr("pamsim.identification.operating_points._MOST", 3)
+    monkeypatch.setattr("pamsim.identification.local_models._MOST", 3)
     local, notes = mapped(loads[0])
     assert notes == ["of 4 operating points 3, drawn at random, have a model"]
     assert len(local.models) == 3

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pamsim.identification import long_records
-from pamsim.identification.long_records import growing_parts
-from pamsim.identification.records import SignalRecord
+from pamsim.identification import records
+from pamsim.identification.records import SignalRecord, growing_parts
 from pamsim.identification.structure_scan import scan_structures
 from pamsim.identification.triangular import triangular_factor
 from tests.unit.identification.planted import fit_continuous, fit_oe, record
@@ -13,7 +12,7 @@ from tests.unit.identification.planted import fit_continuous, fit_oe, record
 
 @pytest.fixture
 def short_parts(monkeypatch):
-    monkeypatch.setattr(long_records, "_ROWS", 300)
+    monkeypatch.setattr(records, "_ROWS", 300)
 
 
 def sizes(records):
@@ -45,7 +44,7 @@ def test_fits_of_a_long_record_are_those_of_the_whole(monkeypatch, constants):
     # The slower lag takes longer than the first part.
     found = [record(3, n=4000, constants=constants, noise=0.05, hold=60)]
     whole = fit_continuous(found, order=2), fit_oe(found, nb=2, nf=2, nk=1)
-    monkeypatch.setattr(long_records, "_ROWS", 300)
+    monkeypatch.setattr(records, "_ROWS", 300)
     by_parts = fit_continuous(found, order=2), fit_oe(found, nb=2, nf=2, nk=1)
     for one, other in zip(whole, by_parts, strict=True):
         # A difference that rounding errors of the filter spoil leaves a coefficient open to 1e-4.
@@ -54,7 +53,7 @@ def test_fits_of_a_long_record_are_those_of_the_whole(monkeypatch, constants):
 
 
 def test_what_a_part_has_shown_is_not_lost_in_a_local_minimum_of_the_next(monkeypatch):
-    monkeypatch.setattr(long_records, "_ROWS", 800)
+    monkeypatch.setattr(records, "_ROWS", 800)
     lagging = {"constants": (0.04, 0.08, 4.3), "numerator": [-0.53, 1.0], "interval": 0.01}
     found = [record(0, n=4000, noise=0.002, hold=190, **lagging)]
     fit = fit_continuous(found, order=3, zeros=1)

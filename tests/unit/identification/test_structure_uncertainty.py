@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.identification import structure_uncertainty
+from pamsim.identification import choose
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.status import FitStatus
 from tests.unit.identification.planted import fit_continuous, record
@@ -32,11 +32,11 @@ def span(monkeypatch, other, *, gain=None, delay=0.1, status=FitStatus.CONVERGED
     if gain is not None:
         estimates.append(replace(CHOSEN["K"], interval95=gain))
     found = SimpleNamespace(status=status, estimates=estimates)
-    monkeypatch.setattr(structure_uncertainty, "fit_model", lambda *args, **more: found)
+    monkeypatch.setattr(choose, "fit_model", lambda *args, **more: found)
     choice = SimpleNamespace(
         fits=[rough(SAME, 2.0, 0.1), other], not_rejected=lambda place: [other]
     )
-    return structure_uncertainty.spanning_structures(CHOSEN, choice, RECORDS)
+    return choose.spanning_structures(CHOSEN, choice, RECORDS)
 
 
 TWO_POLES = rough(replace(SAME, order=2), 2.5, 0.1)
@@ -73,4 +73,4 @@ def test_a_dead_time_may_be_none_where_a_structure_without_is_not_rejected(monke
 
 def test_a_model_that_the_scan_does_not_hold_stays():
     other = SimpleNamespace(fits=[rough(ContinuousStructure(order=4), 2.0)])
-    assert structure_uncertainty.spanning_structures(CHOSEN, other, RECORDS) is CHOSEN
+    assert choose.spanning_structures(CHOSEN, other, RECORDS) is CHOSEN
