@@ -43,32 +43,22 @@ Part = tuple[SignalRecord, int]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Choice(Generic[R]):
-    """Models, simplest first, and by what they are judged.
+    """Models, simplest first, and by what they are judged."""
 
-    Attributes:
-        fits: the models.
-        fit_percent: of each on what it was fitted to [%].
-        held_out: fit percent of each on what judges, less what its own initial state takes up of
-            the noise there; empty where a criterion decides [%].
-        errors: of each on every record that judges, enlarged by the same [output unit].
-        sample_times: of these records [s].
-        scores: criterion of each above the smallest; empty where held-out data decide.
-        judged_by: such as ``the last third of each trial`` or ``AICc``.
-        basis: of the criterion, in words; empty where held-out data decide.
-        material: score from which a fit is materially worse than the best.
-        effective: number of independent samples that AICc counts.
-    """
-
-    fits: tuple[R, ...]
-    fit_percent: tuple[float, ...]
-    judged_by: str
+    fits: tuple[R, ...]  # the models
+    fit_percent: tuple[float, ...]  # of each on what it was fitted to [%]
+    judged_by: str  # such as ``the last third of each trial`` or ``AICc``
+    # fit percent of each on what judges, less what its own initial state takes up of the noise
+    # there; empty where a criterion decides [%]
     held_out: tuple[float, ...] = ()
+    # of each on every record that judges, enlarged by the same [output unit]
     errors: tuple[list[FloatArray], ...] = ()
-    sample_times: tuple[float, ...] = ()
+    sample_times: tuple[float, ...] = ()  # of these records [s]
+    # criterion of each above the smallest; empty where held-out data decide
     scores: tuple[float, ...] = ()
-    basis: str = ""
-    material: float = TIE
-    effective: float = 0.0
+    basis: str = ""  # of the criterion, in words; empty where held-out data decide
+    material: float = TIE  # score from which a fit is materially worse than the best
+    effective: float = 0.0  # number of independent samples that AICc counts
 
     def pick(self, without: Collection[int] = ()) -> tuple[int, str]:
         """Return the place of the simplest fit that is not worse than the best, and the reason.

@@ -19,35 +19,23 @@ from pamsim.inference.record_checks import finite_samples, uniform_interval
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Bode data with pointwise 95 % bands; the bands are None where the fit has no covariance.
+    """Bode data with pointwise 95 % bands; the bands are None where the fit has no covariance."""
 
-    Attributes:
-        frequency: shape ``(n,)`` [rad/s].
-        magnitude: ``|G|``, shape ``(n,)`` [output unit per input unit].
-        phase: unwrapped, dead time included, shape ``(n,)`` [rad].
-        magnitude_band: lower and upper, shape ``(2, n)``; symmetric in the logarithm.
-        phase_band: lower and upper, shape ``(2, n)`` [rad].
-    """
-
-    frequency: FloatArray
-    magnitude: FloatArray
-    phase: FloatArray
+    frequency: FloatArray  # shape ``(n,)`` [rad/s]
+    magnitude: FloatArray  # ``|G|``, shape ``(n,)`` [output unit per input unit]
+    phase: FloatArray  # unwrapped, dead time included, shape ``(n,)`` [rad]
+    # lower and upper, shape ``(2, n)``; symmetric in the logarithm
     magnitude_band: FloatArray | None
-    phase_band: FloatArray | None
+    phase_band: FloatArray | None  # lower and upper, shape ``(2, n)`` [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """Unit-step response with its pointwise 95 % band.
+    """Unit-step response with its pointwise 95 % band."""
 
-    Attributes:
-        time: since the step, shape ``(n,)`` [s].
-        output: shape ``(n,)`` [output unit].
-        band: lower and upper, shape ``(2, n)`` [output unit]; None without covariance.
-    """
-
-    time: FloatArray
-    output: FloatArray
+    time: FloatArray  # since the step, shape ``(n,)`` [s]
+    output: FloatArray  # shape ``(n,)`` [output unit]
+    # lower and upper, shape ``(2, n)`` [output unit]; None without covariance
     band: FloatArray | None
 
 
@@ -74,19 +62,12 @@ class TrialCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class Curves:
-    """Everything the figures draw, gains in the columns' units.
+    """Everything the figures draw, gains in the columns' units."""
 
-    Attributes:
-        trials: fitted ones first.
-        steps: response to a unit step of each input.
-        bodes: frequency response to each input.
-        nyquist: half the sampling rate [rad/s].
-    """
-
-    trials: tuple[TrialCurve, ...]
-    steps: tuple[StepResponse, ...]
-    bodes: tuple[FrequencyResponse, ...]
-    nyquist: float
+    trials: tuple[TrialCurve, ...]  # fitted ones first
+    steps: tuple[StepResponse, ...]  # response to a unit step of each input
+    bodes: tuple[FrequencyResponse, ...]  # frequency response to each input
+    nyquist: float  # half the sampling rate [rad/s]
 
 
 def frequency_response(

@@ -20,20 +20,14 @@ from pamsim.recordings.trial import TrialSet
 
 @dataclass(frozen=True, kw_only=True)
 class IdentifyData:
-    """Trials to identify from.
+    """Trials to identify from."""
 
-    Attributes:
-        source: path, or the simulation in words.
-        rig: name or path of the rig; empty if unknown, or if some of the data are tables, whose
-            trials need not begin at rest.
-        tables: one per trial.
-        notes: what a reader should know.
-    """
-
-    source: str
+    source: str  # path, or the simulation in words
+    # name or path of the rig; empty if unknown, or if some of the data are tables, whose trials
+    # need not begin at rest
     rig: str
-    tables: tuple[SignalTable, ...]
-    notes: tuple[str, ...]
+    tables: tuple[SignalTable, ...]  # one per trial
+    notes: tuple[str, ...]  # what a reader should know
 
 
 Source: TypeAlias = str | os.PathLike[str]

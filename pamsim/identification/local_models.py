@@ -64,55 +64,36 @@ class LocalModel:
 
 @dataclass(frozen=True)
 class Trend:
-    """Change of a parameter with one regressor, the others held.
+    """Change of a parameter with one regressor, the others held."""
 
-    Attributes:
-        slope: per SI unit of the regressor; of ln(parameter) if ``logarithmic`` in Dependence.
-        interval95: of the slope, lower and upper end.
-        p_value: probability of a steeper slope if there is none.
-        span: largest minus smallest value of the regressor over the map [SI].
-    """
-
-    slope: float
-    interval95: tuple[float, float]
-    p_value: float
-    span: float
+    slope: float  # per SI unit of the regressor; of ln(parameter) if ``logarithmic`` in Dependence
+    interval95: tuple[float, float]  # of the slope, lower and upper end
+    p_value: float  # probability of a steeper slope if there is none
+    span: float  # largest minus smallest value of the regressor over the map [SI]
 
 
 @dataclass(frozen=True)
 class Dependence:
-    """How one parameter changes over the map.
+    """How one parameter changes over the map."""
 
-    Attributes:
-        parameter: name of the estimate, such as ``K``.
-        logarithmic: whether the trends are of ln(parameter), as for time constants.
-        mean: over the map, weighted [unit of the parameter].
-        points: local models used.
-        heterogeneity_p: probability of a larger spread of the estimates against their own intervals
-            (Cochran's Q) if all points share one value.
-        trends: by regressor; only those that vary over the map and are linearly independent.
-        sentence: the same for a person.
-    """
-
-    parameter: str
-    logarithmic: bool
-    mean: float
-    points: int
+    parameter: str  # name of the estimate, such as ``K``
+    logarithmic: bool  # whether the trends are of ln(parameter), as for time constants
+    mean: float  # over the map, weighted [unit of the parameter]
+    points: int  # local models used
+    # probability of a larger spread of the estimates against their own intervals (Cochran's Q) if
+    # all points share one value
     heterogeneity_p: float = field(metadata=json_key("heterogeneity_p_value"))
+    # by regressor; only those that vary over the map and are linearly independent
     trends: Mapping[str, Trend]
-    sentence: str
+    sentence: str  # the same for a person
 
 
 @dataclass(frozen=True, eq=False)
 class LocalModelMap:
-    """All local models, in the order given, and how parameters depend on the point.
+    """All local models, in the order given, and how parameters depend on the point."""
 
-    Attributes:
-        models: one per operating point.
-        dependences: one per parameter that at least two converged fits determine.
-    """
-
-    models: tuple[LocalModel, ...]
+    models: tuple[LocalModel, ...]  # one per operating point
+    # one per parameter that at least two converged fits determine
     dependences: tuple[Dependence, ...]
 
 

@@ -28,25 +28,16 @@ class FitStatus(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class TrialScore:
-    """How well a model's free run matches one trial.
+    """How well a model's free run matches one trial."""
 
-    Attributes:
-        name: the record's name.
-        samples: number of samples.
-        offset: output at rest under the first input value, estimated [output unit].
-        fit_percent: normalised RMS fit of the free run [%].
-        rms: root mean square of measured minus simulated [output unit].
-        residual_lag1: autocorrelation of the residual at one sample; near 0 if it is white [-].
-        drift: of the output from the first sample to the last, along a line; None of a model
-            without drift [output unit].
-    """
-
-    name: str
-    samples: int
-    offset: float
-    fit_percent: float
-    rms: float
-    residual_lag1: float
+    name: str  # the record's name
+    samples: int  # number of samples
+    offset: float  # output at rest under the first input value, estimated [output unit]
+    fit_percent: float  # normalised RMS fit of the free run [%]
+    rms: float  # root mean square of measured minus simulated [output unit]
+    residual_lag1: float  # autocorrelation of the residual at one sample; near 0 if it is white [-]
+    # of the output from the first sample to the last, along a line; None of a model without drift
+    # [output unit]
     drift: float | None = None
 
 

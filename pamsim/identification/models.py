@@ -84,29 +84,20 @@ class ModelSet:
 
 @dataclass
 class FittedModels:
-    """All models of one identification: fits one after another and keeps what came of it.
+    """All models of one identification: fits one after another and keeps what came of it."""
 
-    Attributes:
-        asked: which models to fit.
-        records: the trials they are fitted to.
-        held_out: trials that are simulated only.
-        steps: of the progress.
-        fitted: name -> model, in the order they were fitted: continuous, ARX, output error.
-        skipped: name -> why that model could not be fitted.
-        choice: of the scan over structures; None if the order was given.
-        chosen: name of the candidate that the scan led to; empty without a scan.
-        why: the reason of that.
-    """
-
-    asked: ModelSet
-    records: Sequence[SignalRecord]
-    held_out: Sequence[SignalRecord]
-    steps: Steps
+    asked: ModelSet  # which models to fit
+    records: Sequence[SignalRecord]  # the trials they are fitted to
+    held_out: Sequence[SignalRecord]  # trials that are simulated only
+    steps: Steps  # of the progress
+    # name -> model, in the order they were fitted: continuous, ARX, output error
     fitted: dict[str, Candidate] = field(default_factory=dict)
+    # name -> why that model could not be fitted
     skipped: dict[str, str] = field(default_factory=dict)
+    # of the scan over structures; None if the order was given
     choice: Choice[RoughFit] | None = None
-    chosen: str = ""
-    why: str = ""
+    chosen: str = ""  # name of the candidate that the scan led to; empty without a scan
+    why: str = ""  # the reason of that
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:

@@ -28,25 +28,17 @@ def student_quantile(freedom: float) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum:
-    """Where a fit ended.
+    """Where a fit ended."""
 
-    Attributes:
-        coordinates: shape ``(k,)``.
-        covariance: shape ``(k, k)``; None if the data do not determine them.
-        quantile: half width of a 95 % interval in standard errors.
-        settled: whether the optimiser stopped because it had converged.
-        noise: of the residuals.
-        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
-            plain error, and only the intervals use the noise model.
-        disagreement: p-value of weighted against unweighted estimates; None if not compared.
-    """
-
-    coordinates: FloatArray
-    covariance: FloatArray | None
-    quantile: float
-    settled: bool
-    noise: TrialNoise
+    coordinates: FloatArray  # shape ``(k,)``
+    covariance: FloatArray | None  # shape ``(k, k)``; None if the data do not determine them
+    quantile: float  # half width of a 95 % interval in standard errors
+    settled: bool  # whether the optimiser stopped because it had converged
+    noise: TrialNoise  # of the residuals
+    # whether the estimates minimise the whitened error; otherwise they minimise the plain error,
+    # and only the intervals use the noise model
     weighted: bool = False
+    # p-value of weighted against unweighted estimates; None if not compared
     disagreement: float | None = None
 
     def moved(self, origin: FloatArray, matrix: FloatArray) -> Optimum:

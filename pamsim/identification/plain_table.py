@@ -69,7 +69,9 @@ def plain_trials(
     if hold not in (None, *HOLDS):
         raise InputError(f"`hold` {hold!r} is not known; {nearest(hold, HOLDS)}")
     path = table.path
-    clocks = _clocks(table)
+    clocks = ["time_s"]
+    if "time_s" not in table.cells:
+        clocks = [name for name in _called_clocks(table) if np.all(_steps(table, name) > 0.0)]
     notes: list[str] = []
     if dt is not None:
         if time is not None:
@@ -121,13 +123,6 @@ def plain_trials(
     return trials, tuple(notes)
 
 
-def _clocks(table: Columns) -> list[str]:
-    """The columns that are called like a clock and run like one."""
-    if "time_s" in table.cells:
-        return ["time_s"]
-    return [name for name in _called_clocks(table) if _runs(table, name)]
-
-
 def _called_clocks(table: Columns) -> list[str]:
     return [
         name
@@ -145,10 +140,6 @@ def _clock_unit(table: Columns, name: str) -> str:
     return (table.units.get(name) or named).lower()
 
 
-def _runs(table: Columns, name: str) -> bool:
-    return bool(np.all(_steps(table, name) > 0.0))
-
-
 def _steps(table: Columns, name: str) -> FloatArray:
     """From each row of a column to the next, in its unit or in seconds; NaN if it is no clock."""
     try:
@@ -164,7 +155,7 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
     if len(clocks) == 1:
         return clocks[0]
     first = next(iter(table.cells))
-    if table.header == 0 and len(table.cells) > 2 and _runs(table, first):
+    if table.header == 0 and len(table.cells) > 2 and np.all(_steps(table, first) > 0.0):
         return first  # of a table without names
     if is_over_frequency(table):
         raise InputError(f"{table.path} is a frequency response, not a trial: identify it alone")

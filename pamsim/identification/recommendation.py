@@ -13,17 +13,11 @@ from pamsim.identification.residual_tests import Independence, what_is_missing
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """One fitted model.
+    """One fitted model."""
 
-    Attributes:
-        name: such as ``second_order_dead_time``.
-        fit: the numbers.
-        independence: whether past inputs explain part of its residuals; None if that could not be
-            tested.
-    """
-
-    name: str
-    fit: IdentifiedModel
+    name: str  # such as ``second_order_dead_time``
+    fit: IdentifiedModel  # the numbers
+    # whether past inputs explain part of its residuals; None if that could not be tested
     independence: Independence | None
 
     @property
@@ -39,21 +33,14 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """The model to use, if any.
+    """The model to use, if any."""
 
-    Attributes:
-        best: the model that describes the records best; empty if none can be trusted.
-        reason: for the best, as a sentence.
-        missing: what the best does not describe, as a sentence; empty if nothing.
-        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
-        effective_samples: number of independent samples that the residuals are worth.
-    """
-
-    best: str
-    reason: str
-    missing: str
+    best: str  # the model that describes the records best; empty if none can be trusted
+    reason: str  # for the best, as a sentence
+    missing: str  # what the best does not describe, as a sentence; empty if nothing
+    # name of every continuous candidate -> AICc by effective samples, relative to the best
     aicc: dict[str, float]
-    effective_samples: float
+    effective_samples: float  # number of independent samples that the residuals are worth
 
     @property
     def name(self) -> str:

@@ -50,17 +50,12 @@ _Rows = Callable[[int, int], FloatArray]
 
 @dataclass(frozen=True, kw_only=True)
 class RegressorTest:
-    """F test that added regressors explain nothing of the residuals.
+    """F test that added regressors explain nothing of the residuals."""
 
-    Attributes:
-        statistic: mean square explained over the residual's own [-].
-        degrees_of_freedom: independent directions among the regressors, residual freedom.
-        p_value: probability of a larger statistic if the model is right.
-    """
-
-    statistic: float
+    statistic: float  # mean square explained over the residual's own [-]
+    # independent directions among the regressors, residual freedom
     degrees_of_freedom: tuple[int, int]
-    p_value: float
+    p_value: float  # probability of a larger statistic if the model is right
 
     @property
     def shown(self) -> str:
@@ -70,17 +65,11 @@ class RegressorTest:
 
 @dataclass(frozen=True, kw_only=True)
 class Independence(RegressorTest):
-    """Portmanteau test that past inputs explain nothing of the residuals.
+    """Portmanteau test that past inputs explain nothing of the residuals."""
 
-    Attributes:
-        longest_lag: of the lagged inputs [s].
-        independent: whether the p-value is at least 5 %.
-        sentence: the same for a person.
-    """
-
-    longest_lag: float = field(metadata=json_key("longest_lag_s"))
-    independent: bool
-    sentence: str
+    longest_lag: float = field(metadata=json_key("longest_lag_s"))  # of the lagged inputs [s]
+    independent: bool  # whether the p-value is at least 5 %
+    sentence: str  # the same for a person
 
 
 def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence:
@@ -155,19 +144,12 @@ def _lagged_inputs(record: SignalRecord, spread: FloatArray) -> _Rows:
 
 @dataclass(frozen=True, kw_only=True)
 class _Unexplained:
-    """What the fit left, in coordinates in which all inner products are as among the samples.
+    """What the fit left, in coordinates in which all inner products are as among the samples."""
 
-    Attributes:
-        residual: whitened, (r,).
-        columns: whitened regressors without what the fit used, (r, k).
-        samples: of all trials.
-        freedom: samples less what the fit used.
-    """
-
-    residual: FloatArray
-    columns: FloatArray
-    samples: int
-    freedom: int
+    residual: FloatArray  # whitened, (r,)
+    columns: FloatArray  # whitened regressors without what the fit used, (r, k)
+    samples: int  # of all trials
+    freedom: int  # samples less what the fit used
 
 
 def _unexplained(

@@ -33,19 +33,12 @@ near 1 has rounding errors of 1e-10, which a smaller step would make a part of t
 
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """The linear coefficients that fit best at one x.
+    """The linear coefficients that fit best at one x."""
 
-    Attributes:
-        theta: those that all trials share, shape ``(q,)``.
-        own: those of each trial, shape ``(l,)``.
-        blocks: whitened columns of each trial, its own first and its output last.
-        noise: whitened them.
-    """
-
-    theta: FloatArray
-    own: list[FloatArray]
-    blocks: list[FloatArray]
-    noise: TrialNoise
+    theta: FloatArray  # those that all trials share, shape ``(q,)``
+    own: list[FloatArray]  # those of each trial, shape ``(l,)``
+    blocks: list[FloatArray]  # whitened columns of each trial, its own first and its output last
+    noise: TrialNoise  # whitened them
 
     @property
     def residual(self) -> FloatArray:
@@ -58,18 +51,12 @@ class LinearPart:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What is known of the numbers of a problem before its fit.
+    """What is known of the numbers of a problem before its fit."""
 
-    Attributes:
-        x: place in x -> value.
-        origin: of theta, which is ``origin + directions @ free``, shape ``(q,)``.
-        directions: in which it is fitted, shape ``(q, f)``.
-        offset: the first coefficient of every trial's own; None if that is fitted.
-    """
-
-    x: Mapping[int, float]
-    origin: FloatArray
-    directions: FloatArray
+    x: Mapping[int, float]  # place in x -> value
+    origin: FloatArray  # of theta, which is ``origin + directions @ free``, shape ``(q,)``
+    directions: FloatArray  # in which it is fitted, shape ``(q, f)``
+    # the first coefficient of every trial's own; None if that is fitted
     offset: float | None = None
 
     @property
@@ -101,24 +88,17 @@ def check_held(values: Mapping[str, float], known: Sequence[str]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Separable:
-    """Predictions ``known(x) + shared(x) @ theta + own(x) @ eta_i`` of trials i.
+    """Predictions ``known(x) + shared(x) @ theta + own(x) @ eta_i`` of trials i."""
 
-    Attributes:
-        outputs: one measured output per trial, shape ``(N_i,)``.
-        shared: ``(x, i)`` -> columns whose coefficients all trials share, shape ``(N_i, q)``.
-        own: ``(x, i)`` -> columns with coefficients of each trial's own, shape ``(N_i, l)``.
-        lower: bounds of x, shape ``(p,)``.
-        upper: same.
-        sample_times: of the trials [s]; those of one share a model of their noise.
-        known: ``(x, i)`` -> part without coefficients, shape ``(N_i,)``; None for none.
-    """
-
-    outputs: tuple[FloatArray, ...]
+    outputs: tuple[FloatArray, ...]  # one measured output per trial, shape ``(N_i,)``
+    # ``(x, i)`` -> columns whose coefficients all trials share, shape ``(N_i, q)``
     shared: Callable[[FloatArray, int], FloatArray]
+    # ``(x, i)`` -> columns with coefficients of each trial's own, shape ``(N_i, l)``
     own: Callable[[FloatArray, int], FloatArray]
-    lower: FloatArray
-    upper: FloatArray
-    sample_times: tuple[float, ...]
+    lower: FloatArray  # bounds of x, shape ``(p,)``
+    upper: FloatArray  # same
+    sample_times: tuple[float, ...]  # of the trials [s]; those of one share a model of their noise
+    # ``(x, i)`` -> part without coefficients, shape ``(N_i,)``; None for none
     known: Callable[[FloatArray, int], FloatArray] | None = None
 
     def predicted(self, x: FloatArray, i: int, theta: FloatArray, eta: FloatArray) -> FloatArray:
@@ -251,19 +231,12 @@ def column_scale(columns: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """An optimum of a separable problem.
+    """An optimum of a separable problem."""
 
-    Attributes:
-        x: shape ``(p,)``.
-        theta: shape ``(q,)``.
-        cost: sum of squares of the whitened residual.
-        settled: whether the optimiser stopped because it had converged.
-    """
-
-    x: FloatArray
-    theta: FloatArray
-    cost: float
-    settled: bool
+    x: FloatArray  # shape ``(p,)``
+    theta: FloatArray  # shape ``(q,)``
+    cost: float  # sum of squares of the whitened residual
+    settled: bool  # whether the optimiser stopped because it had converged
 
     @property
     def coordinates(self) -> FloatArray:
@@ -329,26 +302,19 @@ def _search(
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Residual and Jacobian at a point, per trial, each trial's own columns projected out.
+    """Residual and Jacobian at a point, per trial, each trial's own columns projected out."""
 
-    Attributes:
-        residuals: measured minus predicted, whitened, one per trial, shape ``(N_i,)``.
-        jacobians: of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``.
-        own: number of coefficients of the trials' own, summed.
-        noise: the model that whitened both.
-        plain: residual, own columns and Jacobian of each trial before whitening: the own columns
-            are orthonormal after it, and the Jacobian is orthogonal to them.
-        sample_times: of the trials [s].
-        exact: whether no column of the Jacobian is a difference.
-    """
-
+    # measured minus predicted, whitened, one per trial, shape ``(N_i,)``
     residuals: tuple[FloatArray, ...]
+    # of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``
     jacobians: tuple[FloatArray, ...]
-    own: int
-    noise: TrialNoise
+    own: int  # number of coefficients of the trials' own, summed
+    noise: TrialNoise  # the model that whitened both
+    # residual, own columns and Jacobian of each trial before whitening: the own columns are
+    # orthonormal after it, and the Jacobian is orthogonal to them
     plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
-    sample_times: tuple[float, ...]
-    exact: bool
+    sample_times: tuple[float, ...]  # of the trials [s]
+    exact: bool  # whether no column of the Jacobian is a difference
 
 
 def linearise(

@@ -26,17 +26,12 @@ _SENSOR_NOISE = {"Pa": 2e3}
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """Unit of a column.
+    """Unit of a column."""
 
-    Attributes:
-        unit: as the column has it, such as ``kPa``; ``1`` of a pure number or an unknown unit.
-        si_unit: such as ``Pa``; that shown, of a unit that is not converted.
-        factor: SI per shown unit.
-    """
-
+    # as the column has it, such as ``kPa``; ``1`` of a pure number or an unknown unit
     unit: str = "1"
-    si_unit: str = "1"
-    factor: float = 1.0
+    si_unit: str = "1"  # such as ``Pa``; that shown, of a unit that is not converted
+    factor: float = 1.0  # SI per shown unit
 
 
 # Ending of a column's name in a recording -> its unit; valves have none.
@@ -49,32 +44,19 @@ _IN_AND_OUT = (("u", "y"), ("input", "output"))
 
 @dataclass(frozen=True, kw_only=True)
 class SignalTable:
-    """Named columns of one trial, from a recording or a plain table.
+    """Named columns of one trial, from a recording or a plain table."""
 
-    Attributes:
-        name: of the trial.
-        protocol: trials of one protocol repeat each other.
-        load: mass on the arm [kg].
-        time: (n,) [s].
-        columns: name -> (n,) [SI].
-        units: name -> unit.
-        held: names of columns that a computer held from sample to sample.
-        rest: name of a held column -> its value before the trial began [SI].
-        level: (n,) mean gauge pressure of the muscles [Pa], or None.
-        moving: whether it begins in any state, not at rest: a part of a longer trial.
-        unreadable: name of a column that is no signal -> why.
-    """
-
-    name: str
-    protocol: str
-    load: float
-    time: FloatArray
-    columns: Mapping[str, FloatArray]
-    units: Mapping[str, Unit]
-    held: frozenset[str]
-    rest: Mapping[str, float]
-    level: FloatArray | None
-    moving: bool = False
+    name: str  # of the trial
+    protocol: str  # trials of one protocol repeat each other
+    load: float  # mass on the arm [kg]
+    time: FloatArray  # (n,) [s]
+    columns: Mapping[str, FloatArray]  # name -> (n,) [SI]
+    units: Mapping[str, Unit]  # name -> unit
+    held: frozenset[str]  # names of columns that a computer held from sample to sample
+    rest: Mapping[str, float]  # name of a held column -> its value before the trial began [SI]
+    level: FloatArray | None  # (n,) mean gauge pressure of the muscles [Pa], or None
+    moving: bool = False  # whether it begins in any state, not at rest: a part of a longer trial
+    # name of a column that is no signal -> why
     unreadable: Mapping[str, str] = field(default_factory=dict)
 
     def rows(self, name: str, part: slice) -> SignalTable:

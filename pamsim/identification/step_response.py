@@ -7,7 +7,6 @@ gain and by free ARX differ by more than 10 %. So every estimate names its estim
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,15 +17,11 @@ from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.fit import fit
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, fit_percent
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
-
-OUTPUT_ERROR = "output error, unit gain"
-ARX_UNIT = "ARX least squares, unit gain"
-ARX_FREE = "ARX least squares, free gain"
 
 # Change of the response over its last tenth, against its final value, above which dividing by the
 # final value shortens the time constants noticeably: at 0.5 % (a 3 s record of the printed G2) T
@@ -75,7 +70,7 @@ class StepEstimate:
             **dict(zip(names, self.time_constants, strict=False)),
             "fit_percent": self.fit_percent,
         }
-        if self.method == OUTPUT_ERROR:
+        if isinstance(self.model.structure, ContinuousStructure):
             sides = zip(names, self.model.interval95_time_constants, strict=True)
             result |= {f"interval95_{name}": side for name, side in sides}
         return result
@@ -201,25 +196,20 @@ def step_of_lags(time: ArrayLike, *constants: float, gain: float = 1.0) -> Float
 
 
 def _estimates(record: SignalRecord, order: int) -> ModelEstimates:
-    lags = ContinuousStructure(order)
     arx = DiscreteStructure("arx", na=order, nb=order, nk=1, sample_time=record.sample_time)
     return ModelEstimates(
-        _estimate(record, lags, OUTPUT_ERROR, {"K": 1.0, "offset": 0.0}),
-        _estimate(record, arx, ARX_UNIT, {"K": 1.0, "offset": 0.0}),
-        _estimate(record, arx, ARX_FREE, {"offset": 0.0}),
+        _estimate(record, ContinuousStructure(order), "output error, unit gain", K=1.0),
+        _estimate(record, arx, "ARX least squares, unit gain", K=1.0),
+        _estimate(record, arx, "ARX least squares, free gain"),
     )
 
 
 def _estimate(
-    record: SignalRecord,
-    structure: ContinuousStructure | DiscreteStructure,
-    method: str,
-    held: Mapping[str, float],
+    record: SignalRecord, structure: Structure, method: str, **held: float
 ) -> StepEstimate:
-    model = fit([record], structure, held=held, white=True)
-    if isinstance(structure, ContinuousStructure):
-        status, sentence, gain = str(model.status), model.sentence, 1.0
-    else:
+    model = fit([record], structure, held={**held, "offset": 0.0}, white=True)
+    status, sentence, gain = str(model.status), model.sentence, 1.0
+    if isinstance(structure, DiscreteStructure):
         status, sentence = _as_lags(model)
         gain = model.gain if status == "lags" else None
     fitted = None

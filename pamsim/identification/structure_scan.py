@@ -32,31 +32,20 @@ _ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RoughFit(Solution):
-    """One structure, roughly fitted: x is poles and dead times, theta the other coordinates.
+    """One structure, roughly fitted: x is poles and dead times, theta the other coordinates."""
 
-    Attributes:
-        structure: which.
-        criterion: of Hannan and Quinn; smaller is better.
-    """
-
-    structure: ContinuousStructure
-    criterion: float
+    structure: ContinuousStructure  # which
+    criterion: float  # of Hannan and Quinn; smaller is better
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StructureScan:
-    """Fits structures to records, each from instrumental variables and from its neighbours.
+    """Fits structures to records, each from instrumental variables and from its neighbours."""
 
-    Attributes:
-        records: the trials.
-        start: of every trial: ``rest`` or ``free``.
-        report: called with a structure before it is fitted.
-        fits: structure -> its fit; filled as the scan goes on.
-    """
-
-    records: Sequence[SignalRecord]
-    start: str
-    report: Callable[[ContinuousStructure], None]
+    records: Sequence[SignalRecord]  # the trials
+    start: str  # of every trial: ``rest`` or ``free``
+    report: Callable[[ContinuousStructure], None]  # called with a structure before it is fitted
+    # structure -> its fit; filled as the scan goes on
     fits: dict[ContinuousStructure, RoughFit] = field(default_factory=dict)
 
     def fit(
