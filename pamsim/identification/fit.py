@@ -77,9 +77,7 @@ def fit(
     _require_samples(data, structure)
     at = _searched(problem, known, starts or starts_of(structure, data), weights)
     latest: dict[int, float] = {}
-    while late := _not_shown(structure, known, at):
-        if isinstance(data, FrequencyRecord):
-            break
+    while not isinstance(data, FrequencyRecord) and (late := _not_shown(structure, known, at)):
         # The rest is fitted without a delay that the data do not show.
         for place, i in late.items():
             half = at.half_width(at.unit(place))

@@ -160,6 +160,7 @@ def identify_frequency_response(
     data = FrequencyRecord(frequency, response)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
+    scores: dict[str, float] = {}
     orders = range(HIGHEST_ORDER + 1) if order is None else (order,)
     for done, n in enumerate(orders):
         if progress is not None:
@@ -178,7 +179,6 @@ def identify_frequency_response(
             break  # neither this order nor the one before is the best
     if not fits:
         raise InputError(next(iter(skipped.values())))
-    scores = _aicc(fits, frequency.size)
     trusted = {name for name, fit in fits.items() if fit.status is FitStatus.CONVERGED}
     # A model that cannot be trusted stands for its order only where there is no other.
     ranked = sorted(fits, key=lambda name: (name not in trusted, scores[name]))

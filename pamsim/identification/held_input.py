@@ -84,10 +84,7 @@ def _late(values: FloatArray, samples: int) -> FloatArray:
     """Shift by whole samples; what moves in is the first value, or the last if negative."""
     if samples == 0:
         return values
-    count = min(abs(samples), values.size)
-    if samples < 0:
-        return np.concatenate([values[count:], np.full(count, values[-1])])
-    return np.concatenate([np.full(count, values[0]), values[: values.size - count]])
+    return np.take(values, np.arange(values.size) - samples, mode="clip")
 
 
 @_compiled

@@ -33,8 +33,7 @@ from pamsim.identification.structure_scan import RoughFit, scan_structures
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation
-_ARX = ((1, 1, 1), (2, 2, 1))  # one lag and two
-_OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
+_DISCRETE = ((1, 1, 1), (2, 2, 1))  # one lag and two: a sampled second order has two b
 _APART = 0.1  # of logarithms of time constants
 _SCANNED = 60  # structures that a scan fits, about
 _NOISE = 1e-3  # p-value below which the residuals of a model are more than noise
@@ -232,8 +231,8 @@ def fit_models(
     Raises:
         InputError: that of the first continuous model, if none can be fitted.
     """
-    arx_orders = _ARX if models.arx is None else (models.arx,)
-    oe_orders = _OE if models.oe is None else (models.oe,)
+    arx_orders = _DISCRETE if models.arx is None else (models.arx,)
+    oe_orders = _DISCRETE if models.oe is None else (models.oe,)
     inputs = len(records[0].units_input)
     if inputs > 1:
         if models.arx is not None or models.oe is not None:

@@ -80,13 +80,6 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
     direction of the gain, as where an output is read after the input of its row acted. A controller
     that computes the input from that output acts against it: that is no fault of the model.
 
-    Args:
-        fit: a model fitted to general inputs.
-        records: the trials it was fitted to.
-
-    Returns:
-        The test over all lags.
-
     Raises:
         InputError: for other trials than those fitted, or too few samples.
 

@@ -26,7 +26,7 @@ from pamsim.identification.curves import (
     step_response_band,
 )
 from pamsim.identification.data import IdentifyData, Source, load_data
-from pamsim.identification.discrete import DiscreteStructure, Structure
+from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
 from pamsim.identification.recommendation import Candidate, Recommendation
@@ -270,6 +270,9 @@ class Identification(IdentificationResult):
         )
 
     def _scan(self, choice: Choice[RoughFit]) -> dict[str, Any]:
+        shown = self.shown.fit.structure
+        if isinstance(shown, ContinuousStructure):  # as a scan has it
+            shown = replace(shown, real_lags=False)
         rows = [
             {
                 "model": fit.structure.sentence,
@@ -279,7 +282,7 @@ class Identification(IdentificationResult):
                 "dead_time": fit.structure.dead_time,
                 "drift": fit.structure.drift,
                 "coefficients": _coefficients(fit.structure),
-                "shown": _same_counts(fit.structure, self.shown.fit.structure),
+                "shown": fit.structure == shown,
                 "fit_percent": choice.fit_percent[i],
                 "fit_percent_held_out": choice.held_out[i] if choice.held_out else None,
                 "aicc_above_best": choice.scores[i] if choice.judged_by == AICC else None,
@@ -441,12 +444,6 @@ def _coefficients(structure: ContinuousStructure) -> int:
     poles = structure.order + structure.integrators
     numerators = sum(structure.numerator_zeros) + structure.inputs
     return poles + numerators + len(structure.delayed) + int(structure.drift)
-
-
-def _same_counts(structure: ContinuousStructure, shown: Structure) -> bool:
-    """Whether two structures have as many poles, zeros and integrators, and the same dead time."""
-    names = ("order", "numerator_zeros", "integrators", "delayed", "drift")
-    return all(getattr(structure, name) == getattr(shown, name, None) for name in names)
 
 
 def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:

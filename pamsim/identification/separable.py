@@ -193,15 +193,9 @@ class Separable:
 def _linear_solution(
     factors: Sequence[FloatArray], own: int, shared: int
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """Coefficients of columns that explain targets best.
+    """Coefficients of columns that explain targets best: the shared ones, and each trial's own.
 
-    Args:
-        factors: triangular ones of every trial's own columns, then the shared ones, then targets.
-        own: number of columns of each trial's own.
-        shared: of those that share their coefficients.
-
-    Returns:
-        The shared coefficients, shape ``(shared, t)``, and those of each trial's own.
+    The factors are triangular, of so many own columns of a trial, then shared ones, then targets.
     """
     first = own + shared
     rest = np.concatenate([factor[own:, own:] for factor in factors])
