@@ -37,33 +37,23 @@ class ContinuousStructure:
     derivative of order q that the output has where all inputs are 0; of one input it is
     ``-b0 u0``: the input at which the output does not run away is u0.
 
-    Attributes:
-        order: n of D, 0 to 6.
-        zeros: m, at most n + q; with as many zeros as poles the input reaches the output at once.
-            Of inputs that differ in it, the largest.
-        dead_time: whether every L is free; otherwise all are 0.
-        real_lags: whether all poles are real.
-        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
-        integrators: q, 0 to 2.
-        drift: whether each output drifts along a line of its own.
-        inputs: number of inputs.
-        undelayed: places of inputs whose L is 0 although those of others are free.
-        zeros_each: m of each input; empty if they do not differ.
-
     Raises:
         InputError: for an order, a number of zeros or integrators, or a start out of range.
     """
 
-    order: int
+    order: int  # n of D, 0 to 6
+    # m, at most n + q; with as many zeros as poles the input reaches the output at once. Of inputs
+    # that differ in it, the largest.
     zeros: int = 0
-    dead_time: bool = False
-    real_lags: bool = True
-    start: str = "rest"
-    integrators: int = 0
-    drift: bool = False
+    dead_time: bool = False  # whether every L is free; otherwise all are 0
+    real_lags: bool = True  # whether all poles are real
+    start: str = "rest"  # of every trial: at ``rest``, or in a ``free`` state that is fitted
+    integrators: int = 0  # q, 0 to 2
+    drift: bool = False  # whether each output drifts along a line of its own
     inputs: int = 1
+    # places of inputs whose L is 0 although those of others are free
     undelayed: tuple[int, ...] = ()
-    zeros_each: tuple[int, ...] = ()
+    zeros_each: tuple[int, ...] = ()  # m of each input; empty if they do not differ
     kind: ClassVar[str] = "continuous"
 
     def __post_init__(self) -> None:

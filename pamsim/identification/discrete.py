@@ -38,24 +38,17 @@ class DiscreteStructure:
     coefficients of A in powers of ``1 - 1/q``: of a system sampled fast all poles are near 1, and
     a1..a_na nearly cancel.
 
-    Attributes:
-        kind: ``arx`` or ``oe``.
-        na: number of poles, >= 0; of output error >= 1.
-        nb: number of input coefficients, >= 1.
-        nk: samples between the input and its first effect, >= 0.
-        sample_time: Ts [s].
-
     Raises:
         InputError: for orders or a sample time out of range.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equations (25)-(29), of ARX.
     """
 
-    kind: str
-    na: int
-    nb: int
-    nk: int
-    sample_time: float
+    kind: str  # ``arx`` or ``oe``
+    na: int  # number of poles, >= 0; of output error >= 1
+    nb: int  # number of input coefficients, >= 1
+    nk: int  # samples between the input and its first effect, >= 0
+    sample_time: float  # Ts [s]
 
     def __post_init__(self) -> None:
         least = 1 if self.kind == "oe" else 0

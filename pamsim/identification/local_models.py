@@ -39,19 +39,12 @@ _MOST = 100  # points with a model of their own: enough for how they depend on f
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where a local model is valid.
+    """Where a local model is valid."""
 
-    Attributes:
-        pressure: mean pressure level [Pa, gauge].
-        load: mass on the arm [kg].
-        direction: +1 rising, -1 falling, 0 both.
-        amplitude: half the peak to peak of the input [input unit].
-    """
-
-    pressure: float
-    load: float = 0.0
-    direction: int = 0
-    amplitude: float = 0.0
+    pressure: float  # mean pressure level [Pa, gauge]
+    load: float = 0.0  # mass on the arm [kg]
+    direction: int = 0  # +1 rising, -1 falling, 0 both
+    amplitude: float = 0.0  # half the peak to peak of the input [input unit]
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,17 +165,13 @@ def time_range(records: Sequence[SignalRecord]) -> tuple[float, float]:
 class FrequencyRecord:
     """A measured frequency response from one input.
 
-    Attributes:
-        frequency: rising, shape ``(n,)``, n >= 8 [rad/s].
-        response: complex, never 0, shape ``(n,)`` [output per input].
-
     Raises:
         InputError: lengths differ, fewer than 8 frequencies, one that is not above the one before,
             a response of 0, or samples that are not finite.
     """
 
-    frequency: FloatArray
-    response: NDArray[np.complex128]
+    frequency: FloatArray  # rising, shape ``(n,)``, n >= 8 [rad/s]
+    response: NDArray[np.complex128]  # complex, never 0, shape ``(n,)`` [output per input]
 
     def __post_init__(self) -> None:
         w = finite_samples(self.frequency, "frequency")

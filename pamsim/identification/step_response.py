@@ -34,24 +34,16 @@ afterwards the input never changes."""
 
 @dataclass(frozen=True, eq=False)
 class StepEstimate:
-    """G1 or G2 by one estimator.
+    """G1 or G2 by one estimator."""
 
-    Attributes:
-        method: the estimator in words.
-        model: as it was fitted.
-        status: of output error that of the fit; of ARX ``lags``, ``complex_poles``,
-            ``non_positive_pole``, ``unstable_pole`` or ``not_identifiable``.
-        sentence: the same for a person.
-        gain: K against the response's own final value; None of ARX unless ``lags`` [-].
-        fit_percent: fit of the model's own simulated step; None if not identifiable [%].
-    """
-
-    method: str
-    model: IdentifiedModel
+    method: str  # the estimator in words
+    model: IdentifiedModel  # as it was fitted
+    # of output error that of the fit; of ARX ``lags``, ``complex_poles``, ``non_positive_pole``,
+    # ``unstable_pole`` or ``not_identifiable``
     status: str
-    sentence: str
-    gain: float | None
-    fit_percent: float | None
+    sentence: str  # the same for a person
+    gain: float | None  # K against the response's own final value; None of ARX unless ``lags`` [-]
+    fit_percent: float | None  # fit of the model's own simulated step; None if not identifiable [%]
 
     @property
     def time_constants(self) -> tuple[float, ...]:
