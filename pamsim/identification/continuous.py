@@ -377,20 +377,18 @@ class ContinuousStructure:
         )
 
     def held(self, values: Mapping[str, float]) -> Held:
-        """Return what values say of the coordinates: of the gain ``K``, ``L``, or the ``offset``.
+        """Return what values say of the coordinates: of ``offset``, and of the gain ``K``.
 
-        Of several inputs ``K[1]``, ``L[2]`` ....
+        Of several inputs ``K[1]`` ....
 
         Raises:
             InputError: for another name.
         """
         gains = {f"K{mark}": self.coefficients(i).start for i, mark in enumerate(self.marks)}
-        delays = {f"L{self.marks[i]}": place for place, i in self.delay_places.items()}
-        check_held(values, [*gains, *delays, "offset"])
+        check_held(values, [*gains, "offset"])
         count = self.unknowns - self.searched
         origin, free = np.zeros(count), np.ones(count, bool)
         for name, place in gains.items():
             if name in values:
                 origin[place - self.searched], free[place - self.searched] = values[name], False
-        late = {place: values[name] for name, place in delays.items() if name in values}
-        return Held(late, origin, np.eye(count)[:, free], values.get("offset"))
+        return Held(origin, np.eye(count)[:, free], values.get("offset"))

@@ -252,7 +252,7 @@ class DiscreteStructure:
             row = np.concatenate([np.full(self.na, -gain), np.ones(self.nb)])
             origin = row * (gain / float(row @ row))
             directions = np.linalg.svd(row[np.newaxis, :])[2][1:].T
-        return Held({}, origin, directions, values.get("offset"))
+        return Held(origin, directions, values.get("offset"))
 
 
 Structure = ContinuousStructure | DiscreteStructure

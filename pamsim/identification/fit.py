@@ -53,8 +53,8 @@ def fit(
     Args:
         data: trials, or a frequency response.
         structure: which model.
-        held: name -> value that is known and not fitted: the gain ``K``, the dead time ``L``, or
-            the ``offset`` of every trial [SI].
+        held: name -> value that is known and not fitted: the gain ``K``, or the ``offset`` of every
+            trial [SI].
         starts: where to begin the search, each of shape ``(structure.searched,)``; from a fixed
             grid if left out, so that the result is reproducible.
         held_out: trials that are only simulated.
@@ -77,8 +77,8 @@ def fit(
     _require_samples(data, structure)
     at = _searched(problem, known, starts or starts_of(structure, data), weights)
     latest: dict[int, float] = {}
-    while not isinstance(data, FrequencyRecord) and (late := _not_shown(structure, known, at)):
-        # The rest is fitted without a delay that the data do not show.
+    absent: dict[int, int] = {}
+    while not isinstance(data, FrequencyRecord) and (late := _not_shown(structure, at, absent)):
         for place, i in late.items():
             half = at.half_width(at.unit(place))
             if half is not None:
@@ -86,8 +86,13 @@ def fit(
                 least = 0.5 * time_range(data)[0]
                 end = float(at.coordinates[place]) + half
                 latest[i] = 0.0 if end < -least else max(end, least)
-        known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
-        at = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
+        # The rest is fitted without a delay that the data do not show.
+        absent |= late
+        rest = replace(structure, undelayed=(*structure.undelayed, *absent.values()))
+        start = np.delete(at.coordinates[: structure.searched], [*absent])
+        at = _searched(rest.problem(data), known, [start], weights)
+        back = np.delete(np.eye(structure.unknowns), [*absent], axis=1)
+        at = at.moved(np.zeros(structure.unknowns), back)
     facts = _facts(data, structure, at, held_out, problem, known)
     units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
     found = IdentifiedModel(
@@ -107,20 +112,19 @@ def fit(
 def _searched(
     problem: Separable, known: Held, starts: Sequence[FloatArray], weights: Weights
 ) -> Optimum:
-    """The optimum, all that is held included, from starts of all coordinates of x."""
-    places = list(known.x)
-    at = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
+    """The optimum, all that is held included."""
+    at = fit_separable(problem.holding(known), starts, weights)
     return at if known.nothing else known.optimum(at)
 
 
-def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:
-    """Place of each fitted dead time whose interval contains 0, or that lies below -> its input."""
+def _not_shown(structure: Structure, at: Optimum, but: Mapping[int, int]) -> dict[int, int]:
+    """Place of each other dead time whose interval contains 0, or that lies below -> its input."""
     if not isinstance(structure, ContinuousStructure):
         return {}
     return {
         place: i
         for place, i in structure.delay_places.items()
-        if place not in known.x and at.coordinates[place] <= (at.half_width(at.unit(place)) or 0.0)
+        if place not in but and at.coordinates[place] <= (at.half_width(at.unit(place)) or 0.0)
     }
 
 

@@ -53,7 +53,6 @@ class LinearPart:
 class Held:
     """What is known of the numbers of a problem before its fit."""
 
-    x: Mapping[int, float]  # place in x -> value
     origin: FloatArray  # of theta, which is ``origin + directions @ free``, shape ``(q,)``
     directions: FloatArray  # in which it is fitted, shape ``(q, f)``
     # the first coefficient of every trial's own; None if that is fitted
@@ -63,18 +62,15 @@ class Held:
     def nothing(self) -> bool:
         """Whether all is fitted."""
         count, free = self.directions.shape
-        return not self.x and self.offset is None and count == free
+        return self.offset is None and count == free
 
     def optimum(self, at: Optimum) -> Optimum:
-        """Return x and theta in full at an optimum of what was fitted."""
+        """Return theta in full at an optimum of what was fitted."""
         q, free = self.directions.shape
-        searched = at.coordinates.size - free
-        p = searched + len(self.x)
-        matrix, origin = np.zeros((p + q, at.coordinates.size)), np.zeros(p + q)
-        matrix[np.delete(np.arange(p), list(self.x)), np.arange(searched)] = 1.0
-        matrix[p:, searched:] = self.directions
-        origin[list(self.x)], origin[p:] = list(self.x.values()), self.origin
-        return at.moved(origin, matrix)
+        p = at.coordinates.size - free
+        matrix = np.zeros((p + q, p + free))
+        matrix[:p, :p], matrix[p:, p:] = np.eye(p), self.directions
+        return at.moved(np.append(np.zeros(p), self.origin), matrix)
 
 
 def check_held(values: Mapping[str, float], known: Sequence[str]) -> None:
@@ -114,24 +110,15 @@ class Separable:
         """Return the problem of what is not held."""
         if held.nothing:
             return self
-        size, places = self.lower.size, list(held.x)
-        free, first = np.delete(np.arange(size), places), int(held.offset is not None)
+        first = int(held.offset is not None)
 
-        def whole(z: FloatArray) -> FloatArray:
-            x = np.empty(size)
-            x[places], x[free] = list(held.x.values()), z
-            return x
-
-        def known(z: FloatArray, i: int) -> FloatArray:
-            x = whole(z)
+        def known(x: FloatArray, i: int) -> FloatArray:
             return self.shared(x, i) @ held.origin + (held.offset or 0.0) * self.own(x, i)[:, 0]
 
         return replace(
             self,
-            shared=lambda z, i: self.shared(whole(z), i) @ held.directions,
-            own=lambda z, i: self.own(whole(z), i)[:, first:],
-            lower=self.lower[free],
-            upper=self.upper[free],
+            shared=lambda x, i: self.shared(x, i) @ held.directions,
+            own=lambda x, i: self.own(x, i)[:, first:],
             known=known,
         )
 
