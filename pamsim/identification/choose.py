@@ -112,6 +112,15 @@ class Choice(Generic[R]):
         return p_value >= _LEVEL
 
 
+def pick_trusted(choice: Choice[IdentifiedModel], names: Sequence[str]) -> tuple[int | None, str]:
+    """Place and reason, of the models that converged; no place where none did."""
+    lost = {i for i, fit in enumerate(choice.fits) if fit.status is not FitStatus.CONVERGED}
+    if len(lost) < len(choice.fits):
+        return choice.pick(lost)
+    each = (f"{name}: {fit.sentence}" for name, fit in zip(names, choice.fits, strict=True))
+    return None, f"no model can be trusted ({'; '.join(each)})"
+
+
 def by_likelihood(fits: Sequence[RoughFit], records: Sequence[SignalRecord]) -> Choice[RoughFit]:
     """Judge the fits of a scan, simplest first, by the criterion of Hannan and Quinn.
 

@@ -16,7 +16,7 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.identification.choose import AICC, Choice
+from pamsim.identification.choose import AICC, Choice, pick_trusted
 from pamsim.identification.continuous import HIGHEST_ORDER, ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.frequency_table import frequency_response_of
@@ -185,20 +185,15 @@ def identify_frequency_response(
     by_order = {fits[name].structure.order: name for name in reversed(ranked)}
     shown = {by_order[n]: fits[by_order[n]] for n in sorted(by_order)}
     smallest = min(scores[name] for name in shown)
-    best, names = "", list(shown)
-    if trusted & set(names):
-        choice = Choice(
-            fits=tuple(shown.values()),
-            fit_percent=tuple(fit.fit_percent for fit in shown.values()),
-            judged_by=AICC,
-            scores=tuple(scores[name] for name in names),
-            basis="of the relative error",
-        )
-        place, reason = choice.pick({i for i, name in enumerate(names) if name not in trusted})
-        best = names[place]
-    else:
-        why = "; ".join(f"{name}: {fit.sentence}" for name, fit in shown.items())
-        reason = f"no model can be trusted ({why})"
+    names = list(shown)
+    choice = Choice(
+        fits=tuple(shown.values()),
+        fit_percent=tuple(fit.fit_percent for fit in shown.values()),
+        judged_by=AICC,
+        scores=tuple(scores[name] for name in names),
+        basis="of the relative error",
+    )
+    place, reason = pick_trusted(choice, names)
     return FrequencyIdentification(
         source=str(table.path),
         frequency=frequency,
@@ -206,7 +201,7 @@ def identify_frequency_response(
         models=shown,
         aicc={name: scores[name] - smallest for name in shown},
         skipped=skipped,
-        best=best,
+        best="" if place is None else names[place],
         reason=reason,
         notes=notes,
         seconds=time.perf_counter() - began,

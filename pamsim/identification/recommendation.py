@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pamsim.identification.choose import by_aicc, by_held_out
+from pamsim.identification.choose import by_aicc, by_held_out, pick_trusted
 from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import Independence, what_is_missing
@@ -65,15 +65,11 @@ def recommend(
     )
     names, fits = [one.name for one in ranked], [one.fit for one in ranked]
     by_criterion = by_aicc(fits, records)
-    converged = [i for i, fit in enumerate(fits) if fit.status is FitStatus.CONVERGED]
     best, reason, missing = chosen, why, ""
-    if not chosen and not converged:
-        each = (f"{one.name.replace('_', ' ')}: {one.fit.sentence}" for one in ranked)
-        reason = f"no model can be trusted ({'; '.join(each)})"
-    elif not chosen:
+    if not chosen:
         choice = by_held_out(fits, records, held_out) if held_out else by_criterion
-        place, reason = choice.pick(set(range(len(fits))) - set(converged))
-        best = names[place]
+        place, reason = pick_trusted(choice, [name.replace("_", " ") for name in names])
+        best = "" if place is None else names[place]
     if best:
         one = ranked[names.index(best)]
         missing = what_is_missing(one.fit, records, one.adequate)
