@@ -39,7 +39,7 @@ class DiscreteStructure:
     a1..a_na nearly cancel.
 
     Raises:
-        InputError: for orders or a sample time out of range.
+        InputError: for orders out of range.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equations (25)-(29), of ARX.
     """
@@ -56,10 +56,6 @@ class DiscreteStructure:
             raise InputError(
                 f"orders {self.sentence}; give {'nf >= 1' if least else 'na >= 0'}, nb >= 1,"
                 " nk >= 0"
-            )
-        if not (np.isfinite(self.sample_time) and self.sample_time > 0.0):
-            raise InputError(
-                f"sample time {self.sample_time!r} s is not a positive time; give seconds > 0"
             )
 
     @property

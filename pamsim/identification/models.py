@@ -18,7 +18,7 @@ from pamsim.identification.choose import (
     by_likelihood,
     spanning_structures,
 )
-from pamsim.identification.continuous import STARTS, ContinuousStructure
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import FitStatus, IdentifiedModel
@@ -30,6 +30,7 @@ from pamsim.identification.residual_tests import (
 )
 from pamsim.identification.structure_scan import RoughFit, scan_structures
 
+STARTS = ("rest", "free")
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation

@@ -27,7 +27,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
-from pamsim.identification.records import SignalRecord, checked_records
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.separable import column_scale, linearise
 from pamsim.identification.triangular import triangular_factor
 from pamsim.inference.trial_noise import WHITE
@@ -81,19 +81,16 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
     that computes the input from that output acts against it: that is no fault of the model.
 
     Raises:
-        InputError: for other trials than those fitted, or too few samples.
+        InputError: for too few samples.
 
     Source: score test of added regressors (Breusch and Godfrey's principle) on lagged inputs; for
     white residuals it is the correlation test of Ljung (System Identification, 2nd ed., 16.6) with
     the covariance of estimated parameters.
     """
-    trials = checked_records(records)
-    if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
-        raise InputError("residual independence is tested on the fitted trials; give exactly those")
     latest = max(channel.dead_time for channel in fit.channels)
     reach = _SETTLED * fit.structure.slowest(fit.coordinates) + latest
-    most = 0.25 * min(record.duration for record in trials)
-    longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
+    most = 0.25 * min(record.duration for record in records)
+    longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in records), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
         return Independence(
             statistic=0.0,
@@ -103,8 +100,8 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
             independent=True,
             sentence="the model reproduces the records to rounding: nothing is left to explain",
         )
-    spread = np.geomspace(min(r.sample_time for r in trials), longest, _LAGS)
-    left = _unexplained(fit, trials, [_lagged_inputs(record, spread) for record in trials])
+    spread = np.geomspace(min(r.sample_time for r in records), longest, _LAGS)
+    left = _unexplained(fit, records, [_lagged_inputs(record, spread) for record in records])
     gains = fit.structure.static_gains(fit.coordinates)
     present, past = np.split(left.columns, [gains.size], axis=1)
     explained: Any = np.linalg.lstsq(past, left.residual, rcond=None)[0]

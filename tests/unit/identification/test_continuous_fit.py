@@ -245,7 +245,6 @@ def test_bad_structures_and_too_few_samples_are_refused():
         "high": (record(19), {"order": 7}, "order = 7"),
         "zeros": (record(19), {"order": 2, "zeros": 3}, "zeros = 3"),
         "integrators": (record(19), {"order": 1, "integrators": 3}, "integrators = 3"),
-        "start": (record(19), {"order": 1, "start": "running"}, "start 'running'"),
         "few": (record(20, n=30, hold=3), few, "too few"),
     }
     all_refused(bad, lambda given, options: fit_continuous([given], **options))

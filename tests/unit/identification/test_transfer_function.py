@@ -103,15 +103,11 @@ def test_bands_cover_the_planted_response():
     assert tuple(step.band[:, -1]) == pytest.approx(fit["K"].interval95)
 
 
-def test_a_fit_without_covariance_has_no_bands_and_bad_axes_are_refused(two):
+def test_a_fit_without_covariance_has_no_bands():
     fit = fit_continuous([record(63)], order=3, zeros=1)
     assert fit.covariance is None
     assert frequency_response(fit, W).phase_band is None
     assert step_response_band(fit, SAMPLES).band is None
-    refuses("half the sampling rate", frequency_response, two[1], [1.0, 200.0])
-    refuses("rise", frequency_response, two[1], [1.0, 1.0])
-    refuses("own sample times", step_response_band, two[1], [0.0, 0.1])
-    refuses("start at 0", step_response_band, two[1], [0.1, 0.2])
 
 
 def test_drawn_plants_have_the_covariance_of_the_fit(two):
