@@ -40,7 +40,6 @@ from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import pole_coordinates
 
@@ -166,7 +165,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     record = recorded(system, seed)
     began = time.perf_counter()
     fitted = fit_models([record], [], ModelSet(start="free"))
-    chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
+    chosen = fitted.recommended()
     seconds = time.perf_counter() - began
     best = next((c for c in fitted.candidates if c.name == chosen.best), None)
     row: dict[str, Any] = {

@@ -15,7 +15,6 @@ from pamsim.identification.frequency import FrequencyIdentification, identify_fr
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.local_models import fit_operating_points
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.result import Identification
 from pamsim.identification.signals import (
@@ -123,7 +122,6 @@ def identify(
     held_out = _used_trials(to_test, inputs, out, notes) if to_test else ()
     records = [trial.record for trial in used]
     _require_independent(records, inputs)
-    records_held_out = [trial.record for trial in held_out]
     parts = [table.name for table in tables if table.moving]
     if parts and start == "rest":
         raise InputError(
@@ -142,18 +140,11 @@ def identify(
         start=start,
         integrators=integrators,
     )
-    models_fitted = fit_models(records, records_held_out, models, progress)
-    candidates, choice = models_fitted.candidates, models_fitted.choice
-    recommendation = recommend(
-        candidates,
-        records,
-        records_held_out,
-        chosen=models_fitted.chosen,
-        why=models_fitted.why,
-    )
-    best = next((c.fit for c in candidates if c.name == recommendation.best), None)
+    found = fit_models(records, [trial.record for trial in held_out], models, progress)
+    recommendation = found.recommended()
     local_map = None
-    if local and best is not None and len(inputs) == 1:
+    if local and recommendation.best and len(inputs) == 1:
+        best = found.fitted[recommendation.best].fit
         local_map, local_notes = fit_operating_points(used, best, progress)
         notes += local_notes
     return Identification(
@@ -162,9 +153,9 @@ def identify(
         output=out,
         used=used,
         held_out=held_out,
-        candidates=candidates,
-        skipped=models_fitted.skipped,
-        choice=choice,
+        candidates=found.candidates,
+        skipped=found.skipped,
+        choice=found.choice,
         recommendation=recommendation,
         local=local_map,
         notes=tuple(notes),

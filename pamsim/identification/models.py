@@ -22,7 +22,7 @@ from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import FitStatus, IdentifiedModel
-from pamsim.identification.recommendation import Candidate
+from pamsim.identification.recommendation import Candidate, Recommendation, recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import (
     residual_independence,
@@ -103,6 +103,10 @@ class FittedModels:
     def candidates(self) -> tuple[Candidate, ...]:
         """All that could be fitted."""
         return tuple(self.fitted.values())
+
+    def recommended(self) -> Recommendation:
+        """The one to use."""
+        return recommend(self.candidates, self.records, self.held_out, self.chosen, self.why)
 
     def attempt(
         self, name: str, fit_model: Callable[[], IdentifiedModel]

@@ -94,8 +94,14 @@ class SignalRecord:
         inputs = np.column_stack(given)
         for field, values in (("time", time), ("inputs", inputs), ("output", output)):
             object.__setattr__(self, field, values)
-        for field, values in (("units_input", self.units_input), ("holds", self.holds)):
-            object.__setattr__(self, field, _one_each(self.name, field, values, len(given)))
+        for field in ("units_input", "holds"):
+            values, count = getattr(self, field), len(given)
+            if len(values) not in (1, count):
+                raise InputError(
+                    f"record {self.name}: `{field}` has {len(values)} entries for {count} inputs;"
+                    " give one each"
+                )
+            object.__setattr__(self, field, values if len(values) == count else values * count)
 
     @property
     def input(self) -> FloatArray:
@@ -121,14 +127,6 @@ class SignalRecord:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return float(self.time[-1] - self.time[0])
-
-
-def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tuple[str, ...]:
-    if len(values) not in (1, count):
-        raise InputError(
-            f"record {name}: `{field}` has {len(values)} entries for {count} inputs; give one each"
-        )
-    return values if len(values) == count else values * count
 
 
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:

@@ -21,7 +21,6 @@ from pamsim.inference.bounded_least_squares import bounded_least_squares
 from pamsim.inference.trial_noise import WHITE, TrialNoise
 
 _FAR = 1e150  # whose square does not overflow
-_ROUGH, _ROUGH_STEPS = 1e-4, 20
 _FOLLOWED = 4  # of the starts, to the end of a search: most others lead to the same minimum
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
@@ -231,9 +230,9 @@ def minimise(
     """Search from the best few of the starts."""
     if len(starts) > 1:
         # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
-        rough, _ = _search(problem, starts, noise, tolerance=1e-4, steps=30, follow=_FOLLOWED)
+        rough, _ = _search(problem, starts, noise, tolerance=1e-4, steps=30)
         starts = [rough.x]
-    return _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=_FOLLOWED)[0]
+    return _search(problem, starts, noise, tolerance=1e-11, steps=150)[0]
 
 
 def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> tuple[Solution, FloatArray]:
@@ -241,7 +240,7 @@ def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> tuple[Sol
 
     The residual there, shape ``(N,)``, comes with it.
     """
-    found, part = _search(problem, starts, WHITE, tolerance=_ROUGH, steps=_ROUGH_STEPS, follow=2)
+    found, part = _search(problem, starts, WHITE, tolerance=1e-4, steps=20, follow=2)
     return found, part.residual
 
 
@@ -252,7 +251,7 @@ def _search(
     *,
     tolerance: float,
     steps: int,
-    follow: int,
+    follow: int = _FOLLOWED,
 ) -> tuple[Solution, LinearPart]:
     last: tuple[FloatArray, LinearPart] | None = None
 

@@ -35,7 +35,7 @@ def trial(numerator, denominator, seed, *, n=400, noise=0.03, bend=0.0, slow=0.0
 
 def identified(record, dead_time="none"):
     fitted = fit_models([record], [], ModelSet(**FEW, dead_time=dead_time))
-    chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
+    chosen = fitted.recommended()
     best = next(c.fit for c in fitted.candidates if c.name == chosen.best)
     return fitted, chosen, best
 
