@@ -11,7 +11,7 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Outcome, Recording, write_recording
 from tests.typed_command import run as command
-from tests.unit.identification.planted import lags, sampled, steps
+from tests.unit.identification.planted import FEW, lags, log, sampled, steps
 from tests.unit.report.page_laws import check_page
 
 GAIN, FAST, SLOW = 0.05, 0.08, 0.5  # deg/kPa, s, s
@@ -147,16 +147,10 @@ def test_each_step_of_a_staircase_is_an_operating_point(run, recording):
     assert means["K"] == pytest.approx(GAIN, rel=0.1)
 
 
-def table(path, header, columns):
-    rows = (",".join(f"{cell:.6f}" for cell in row) for row in zip(*columns, strict=True))
-    path.write_text("\n".join([header, *rows]) + "\n")
-    return path
-
-
 def test_a_plain_log_of_any_columns_is_identified(run, tmp_path):
     drive = telegraph(7, 15)
     columns = (np.arange(drive.size) / RATE + 3.0, drive / 24.0, response(drive) * 0.1)
-    path = table(tmp_path / "scope.csv", "time_s,drive_v,height_mm", columns)
+    path = log(tmp_path / "scope.csv", "time_s,drive_v,height_mm", *columns)
     asked = ("--input", "drive_v", "--output", "height_mm", "--order", "2")
     code, text, _, result = run(path, *asked, *PLAIN)
     assert (code, "assumed constant from each row to the next: drive_v" in text) == (0, True)
@@ -169,11 +163,9 @@ def test_a_plain_log_of_any_columns_is_identified(run, tmp_path):
 def test_a_table_beside_a_recording_need_not_begin_at_rest(recording, tmp_path):
     drive = telegraph(7, 15)
     columns = (np.arange(drive.size) / RATE, 300.0 + drive / 2, 300.0 - drive / 2, response(drive))
-    path = table(tmp_path / "log.csv", "time_s,p1_set_kpa,p2_set_kpa,angle_deg", columns)
+    path = log(tmp_path / "log.csv", "time_s,p1_set_kpa,p2_set_kpa,angle_deg", *columns)
     for data, start in ((recording, "rest"), ([recording, path], "free")):
-        asked = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1)}
-        found = pamsim.identify(data, **asked, local=False)
-        assert found.shown.fit.structure.start == start
+        assert pamsim.identify(data, **FEW).shown.fit.structure.start == start
 
 
 def test_tables_without_a_clock_are_fitted_together(run, tmp_path):
@@ -199,7 +191,7 @@ def test_a_frequency_response_is_fitted_as_one(run, tmp_path):
     w, out = np.geomspace(0.1, 100.0, 30), tmp_path / "out"
     size = 20.0 * np.log10(2.0 / np.hypot(1.0, 0.3 * w))
     columns = (w, size, -np.degrees(np.arctan(0.3 * w)))
-    path = table(tmp_path / "bode.csv", "omega_rad_s,magnitude_db,phase_deg", columns)
+    path = log(tmp_path / "bode.csv", "omega_rad_s,magnitude_db,phase_deg", *columns)
     code, text, err, result = run(path, "--order", "1", "--out", out)
     assert (code, err) == (0, "")
     assert "* order_1: fits 100.00 %" in text
@@ -225,7 +217,7 @@ GAINS, CONSTANT = (0.02, -3.0), 0.4  # deg per kPa, deg per V
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory):
+def two_inputs(tmp_path_factory):
     """Of two inputs, with columns that follow from them or stand still."""
     rng = np.random.default_rng(1)
     pressure, voltage = 100.0 * steps(rng, N, 20), 2.0 * steps(rng, N, 31)
@@ -236,14 +228,14 @@ def log(tmp_path_factory):
     angle = angle + 0.05 * rng.standard_normal(N)
     header = "time_s,supply_kpa,fan_v,twice_v,still_v,angle_deg"
     columns = (TS * np.arange(N), pressure, voltage, 2.0 * voltage, np.full(N, 7.0), angle)
-    return table(tmp_path_factory.mktemp("log") / "log.csv", header, columns)
+    return log(tmp_path_factory.mktemp("log") / "log.csv", header, *columns)
 
 
-def test_several_inputs_have_the_numbers_of_their_columns_everywhere(log, run, tmp_path):
+def test_several_inputs_have_the_numbers_of_their_columns_everywhere(two_inputs, run, tmp_path):
     out = tmp_path / "out"
     inputs = ("--input", "supply_kpa", "--input", "fan_v")
     asked = (*inputs, "--order", "1", "--dead-time", "none")
-    code, text, err, content = run(log, *asked, "--out", out)
+    code, text, err, content = run(two_inputs, *asked, "--out", out)
     assert (code, err) == (0, "")
     assert "angle_deg from [1] supply_kpa, [2] fan_v: 1 trial(s) fitted" in text
     assert [into["expression"] for into in content["inputs"]] == ["supply_kpa", "fan_v"]
@@ -265,8 +257,8 @@ def test_several_inputs_have_the_numbers_of_their_columns_everywhere(log, run, t
     assert len(first) == len(header)
 
 
-def test_python_control_gets_gains_per_unit_of_each_column(log):
-    found = pamsim.identify(log, input=["supply_kpa", "fan_v"], order=1, dead_time="none")
+def test_python_control_gets_gains_per_unit_of_each_column(two_inputs):
+    found = pamsim.identify(two_inputs, input=["supply_kpa", "fan_v"], order=1, dead_time="none")
     assert found.transfer_function().dcgain() == pytest.approx(np.array([GAINS]), rel=0.02)
     si = found.transfer_function(si=True).dcgain()
     per_si = np.array([[GAINS[0] * np.pi / 180e3, GAINS[1] * np.pi / 180.0]])
@@ -280,7 +272,7 @@ def test_python_control_gets_gains_per_unit_of_each_column(log):
         (["fan_v"], {"arx": (1, 1)}, "`arx` = .*: give three whole numbers"),
     ):
         with pytest.raises(InputError, match=mend):
-            pamsim.identify(log, input=inputs, output="angle_deg", order=1, **more)
+            pamsim.identify(two_inputs, input=inputs, output="angle_deg", order=1, **more)
 
 
 def test_the_rate_of_an_integrating_output_is_in_its_unit(tmp_path):
@@ -290,7 +282,7 @@ def test_the_rate_of_an_integrating_output_is_in_its_unit(tmp_path):
     way = sum(sampled([8.0], [CONSTANT, 1.0, 0.0], u[:, i], TS) for i in range(2))
     way = way + 5.0 * TS * np.arange(N) + 0.05 * rng.standard_normal(N)
     columns = (TS * np.arange(N), *u.T, way)
-    path = table(tmp_path / "way.csv", "time_s,a_v,b_v,way_mm", columns)
+    path = log(tmp_path / "way.csv", "time_s,a_v,b_v,way_mm", *columns)
     found = pamsim.identify(path, input=["a_v", "b_v"], output="way_mm", order=1, integrators=1)
     parameters = found.to_dict()["models"][0]["parameters"]
     for name, unit, value in (("r0", "mm/s", 5.0), ("K[2]", "mm/V/s", 8.0)):

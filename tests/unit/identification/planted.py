@@ -9,6 +9,7 @@ from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit
 from pamsim.identification.records import SignalRecord
+from pamsim.identification.structure_scan import scan_structures
 
 
 def sampled(numerator, denominator, given, interval, delay=0.0, fine=None):
@@ -23,6 +24,21 @@ def sampled(numerator, denominator, given, interval, delay=0.0, fine=None):
         y.append(c[0] @ x)
         x = a @ x + b[:, 0] * u
     return np.array(y[::fine])
+
+
+# What a test of something else is fitted with.
+FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
+
+
+def log(path, header, *columns):
+    """A table as a data logger writes it."""
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=header, comments="")
+    return path
+
+
+def best_of(records, start="free"):
+    """The best structure of a scan by its criterion."""
+    return min(scan_structures(records, start=start), key=lambda fit: fit.criterion)
 
 
 def lags(*constants):

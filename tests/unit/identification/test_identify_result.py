@@ -12,10 +12,9 @@ from pamsim.identification.model import estimates_of
 from pamsim.identification.summary import summary_lines
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
-from tests.unit.identification.planted import record, refuses, sampled, steps
+from tests.unit.identification.planted import FEW, log, record, refuses, sampled, steps
 
 TS, GAIN, LAG = 0.02, 1e-6, 0.4
-FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
 
 
 def trial(name, seed):
@@ -85,10 +84,8 @@ def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
     given = steps(draw, 300, 20, rest=0)
     output = sampled([10.0], [0.2, 1.0], given, TS)
     output = output + np.linspace(0.0, 6.0, 300) + 0.2 * draw.normal(size=300)
-    table = np.column_stack([TS * np.arange(300), given, output])
-    header = "time_s,valve,travel_mm"
-    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=header, comments="")
-    found = identify(tmp_path / "log.csv", **{**FEW, "order": None})
+    path = log(tmp_path / "log.csv", "time_s,valve,travel_mm", TS * np.arange(300), given, output)
+    found = identify(path, **{**FEW, "order": None})
     assert found.recommendation.best == "first_order_drift"
     (line,) = [s for s in found.summary().splitlines() if "drift of the output" in s]
     unit, _, rest = line.partition(": ")
@@ -162,9 +159,8 @@ def test_an_output_that_leads_its_input_is_no_absent_dead_time(tmp_path):
     draw = np.random.default_rng(6)
     given = np.repeat(draw.uniform(-1.0, 1.0, 40), 10)
     output = sampled([10.0], [0.1, 1.0], np.append(given, 0.0), TS)[1:]
-    table = np.column_stack([TS * np.arange(400), given, output + 0.1 * draw.normal(size=400)])
-    path = tmp_path / "log.csv"
-    np.savetxt(path, table, delimiter=",", header="time_s,valve,travel_mm", comments="")
+    output += 0.1 * draw.normal(size=400)
+    path = log(tmp_path / "log.csv", "time_s,valve,travel_mm", TS * np.arange(400), given, output)
     found = identify(path, **{**FEW, "dead_time": "free"})
     assert "L    none; the output leads the input" in found.summary()
     assert "the output leads the input; check the order of the rows" in found.shown.fit.sentence
@@ -175,9 +171,8 @@ def test_a_rate_of_poles_is_no_gain_from_an_input_in_seconds(tmp_path):
     draw = np.random.default_rng(8)
     given = np.repeat(draw.uniform(0.0, 0.1, 20), 20)
     output = np.degrees(sampled([36.0 * 4.0], [1.0, 3.6, 36.0], given, TS))
-    table = np.column_stack([TS * np.arange(400), given, output + 0.01 * draw.normal(size=400)])
-    path = tmp_path / "log.csv"
-    np.savetxt(path, table, delimiter=",", header="time_s,pulse_s,angle_deg", comments="")
+    output += 0.01 * draw.normal(size=400)
+    path = log(tmp_path / "log.csv", "time_s,pulse_s,angle_deg", TS * np.arange(400), given, output)
     found = identify(path, **{**FEW, "order": 2}, poles="any").to_dict()["models"][0]["parameters"]
     assert found["K"]["value"] == pytest.approx(np.degrees(4.0), rel=0.01)
     assert found["wn"]["value"] == pytest.approx(6.0, rel=0.01)
@@ -186,9 +181,7 @@ def test_a_rate_of_poles_is_no_gain_from_an_input_in_seconds(tmp_path):
 
 def test_a_part_of_a_trial_does_not_begin_at_rest(tmp_path):
     given = record(9, noise=0.01)
-    table = np.column_stack([given.time, given.input, given.output])
-    path = tmp_path / "log.csv"
-    np.savetxt(path, table, delimiter=",", header="time_s,u,y", comments="")
+    path = log(tmp_path / "log.csv", "time_s,u,y", given.time, given.input, given.output)
     refuses("`start` rest: log_end is a part", identify, path, **FEW, start="rest", hold_out=0.3)
 
 

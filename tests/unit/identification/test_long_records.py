@@ -5,9 +5,8 @@ import pytest
 
 from pamsim.identification import records
 from pamsim.identification.records import SignalRecord, growing_parts
-from pamsim.identification.structure_scan import scan_structures
 from pamsim.identification.triangular import triangular_factor
-from tests.unit.identification.planted import fit_continuous, fit_oe, record
+from tests.unit.identification.planted import best_of, fit_continuous, fit_oe, record
 
 
 @pytest.fixture
@@ -63,8 +62,7 @@ def test_what_a_part_has_shown_is_not_lost_in_a_local_minimum_of_the_next(monkey
 @pytest.mark.parametrize("slow", [0.5, 6.0])
 def test_a_scan_chooses_by_all_samples(short_parts, slow):
     found = [record(4, n=4000, constants=(0.1, slow), noise=0.01, hold=100)]
-    fits = scan_structures(found, start="free")
-    best = min(fits, key=lambda fit: fit.criterion)
+    best = best_of(found)
     assert (best.structure.order, best.structure.zeros, best.structure.integrators) == (2, 0, 0)
     constants = np.sort(np.real(best.structure.constants(best.x)))
     np.testing.assert_allclose(constants, [0.1, slow], rtol=0.05)
@@ -75,10 +73,8 @@ def test_a_drift_that_a_part_does_not_show_is_found_in_the_whole(short_parts):
     still = record(5, n=2500, noise=0.05)
     drift = np.where(still.time > 25.0, 0.02 * (still.time - 25.0), 0.0)
     moved = SignalRecord("drift", still.time, still.inputs, still.output + drift)
-    fits = scan_structures([moved], start="free")
-    assert min(fits, key=lambda fit: fit.criterion).structure.drift
-    fits = scan_structures([still], start="free")
-    assert not min(fits, key=lambda fit: fit.criterion).structure.drift
+    assert best_of([moved]).structure.drift
+    assert not best_of([still]).structure.drift
 
 
 def test_a_triangular_factor_by_pieces_is_that_of_the_whole():

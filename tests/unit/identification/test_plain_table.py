@@ -9,7 +9,7 @@ from pamsim.identification.data import load_data, select_trials, split_tables
 from pamsim.identification.identify import identify
 from pamsim.identification.signals import chosen_signals, signal, used_trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import fit_continuous, refuses, sampled
+from tests.unit.identification.planted import FEW, fit_continuous, refuses, sampled
 
 N, GAIN, LAG = 240, 2.0, 7.0  # samples, output per input, samples
 INPUT = np.repeat(np.random.default_rng(3).choice([0.0, 1.0, 2.5], N // 12), 12)
@@ -157,13 +157,12 @@ def test_several_tables_are_fitted_together_and_one_may_be_held_out(tmp_path):
 
 
 def test_a_row_alone_is_left_out_or_refused(path):
-    few = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
     path.write_text(table(["t", "u", "y"], np.where(K < N - 1, 2.0 * K, 2.0 * K + 50.0)))
-    found = identify(path, **few)
+    found = identify(path, **FEW)
     assert [trial.table.name for trial in found.used] == ["log_1"]
     assert "not used: trial log_2: one row alone shows no change; exclude it" in found.notes
     path.write_text("t,u,y\n0,1,2\n")
-    refuses("trial log: one row alone", identify, path, **few)
+    refuses("trial log: one row alone", identify, path, **FEW)
 
 
 def test_few_values_are_held_unless_it_is_stated(path):
@@ -191,8 +190,7 @@ def test_a_split_keeps_every_sample_once_and_its_end_is_predicted_from_its_own_s
         # What is held out begins in motion: there is no step at its beginning.
         assert to_test[0].rest["u"] == to_test[0].columns["u"][0]
         assert to_test[0].time[0] == 0.0
-    few = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
-    (score,) = identify(path, **few, hold_out=0.25).shown.fit.held_out
+    (score,) = identify(path, **FEW, hold_out=0.25).shown.fit.held_out
     assert score.samples == N // 4
     assert score.rms == pytest.approx(0.02, rel=0.2)  # the noise, nothing else
 

@@ -11,7 +11,7 @@ from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import instrumental_variable_starts, pole_coordinates
 from pamsim.identification.status import FitStatus
 from pamsim.identification.structure_scan import scan_structures
-from tests.unit.identification.planted import fit_continuous, lags, sampled, steps
+from tests.unit.identification.planted import best_of, fit_continuous, lags, sampled, steps
 
 TS = 0.05
 N = 400
@@ -114,13 +114,13 @@ def test_an_integrator_is_found_behind_a_dead_time():
     output = sampled([-1.8, 1.0], [0.9, 1.0, 0.0], given, TS, delay=12 * TS)
     output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
     record = SignalRecord("late", TS * np.arange(N), given[100:], output[100:])
-    best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion).structure
+    best = best_of([record]).structure
     assert (best.order, best.integrators, best.zeros, best.dead_time) == (1, 1, 1, True)
 
 
 def test_a_drift_is_in_the_scan_where_the_record_shows_it_and_did_not_begin_at_rest():
     record = planted([1.0], lags(0.6), 9, noise=0.02, drift=0.05)
-    best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion)
+    best = best_of([record])
     assert (best.structure.order, best.structure.drift) == (1, True)
     assert not any(fit.structure.drift for fit in scan_structures([record], start="rest"))
 
@@ -143,6 +143,6 @@ def test_a_plant_without_memory_is_a_gain():
     given = steps(draw, N, 12)
     output = 2.0 * given + 0.01 * draw.normal(size=N)
     record = SignalRecord("gain", TS * np.arange(N), given, output)
-    best = min(scan_structures([record], start="rest"), key=lambda fit: fit.criterion)
+    best = best_of([record], start="rest")
     assert best.structure.sentence == "a gain"
     assert best.theta == pytest.approx([2.0], rel=0.01)
