@@ -74,19 +74,13 @@ def starts_of(structure: Structure, data: Data) -> list[FloatArray]:
 def _grid(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:
     shortest, longest = time_range(records)
     logs = np.linspace(np.log(2.0 * shortest), np.log(0.5 * longest), _LAGS[structure.order])
-    poles: list[tuple[float, ...]]
-    if structure.pairs == 0:
-        # Distinct, since the cost has a saddle where time constants are equal.
-        poles = list(combinations(map(float, logs), structure.order))
-    else:
-        damping = [float(np.log(zeta)) for zeta in _DAMPING]
-        single = structure.order - 2 * structure.pairs
-        poles = [
-            (*(v for pair in zip(rates, zetas, strict=True) for v in pair), *lags)
-            for rates in combinations(map(float, -logs), structure.pairs)
-            for zetas in product(damping, repeat=structure.pairs)
-            for lags in product(map(float, logs), repeat=single)
-        ]
+    # Distinct, since the cost has a saddle where time constants are equal.
+    poles = [
+        (*(v for pair in zip(rates, zetas, strict=True) for v in pair), *lags)
+        for rates in combinations(-logs, structure.pairs)
+        for zetas in product(np.log(_DAMPING), repeat=structure.pairs)
+        for lags in combinations(logs, structure.order - 2 * structure.pairs)
+    ]
     if not structure.dead_time:
         return [np.array(p) for p in poles]
     most = 0.25 * min(record.duration for record in records)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pamsim.identification.choose import by_free_run, p_value_of_improvement
+from pamsim.identification import choose
+from pamsim.identification.choose import by_free_run, p_value_of_improvement, spanning_structures
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.recommendation import Candidate, recommend
@@ -15,6 +17,7 @@ from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
 from pamsim.identification.status import FitStatus, _undamped
 from pamsim.identification.structure_scan import rough_fit
+from tests.unit.core.refusals import cases
 from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
 
 TS = 0.05
@@ -265,3 +268,63 @@ def test_slow_errors_at_two_rates_are_no_more_often_taken_for_a_difference():
     assert p_value_of_improvement([1.5 * small[0]], small, [0.01]) < 0.01
     assert p_value_of_improvement(small, [1.5 * small[0]], [0.01]) > 0.99
     assert p_value_of_improvement(small, small, [0.01]) == 1.0
+
+
+LATE = [record(1, delay=0.1, noise=0.02)]
+CHOSEN = fit_continuous(LATE, order=1, dead_time=True)
+SAME = replace(CHOSEN.structure, real_lags=False)
+
+
+def rough(structure, gain, delay=()):
+    """A rough fit: a time constant of 0.3 s, perhaps a dead time, and zeros of no influence."""
+    x = np.append(np.full(structure.order, np.log(0.3)), delay)
+    rest = np.zeros(structure.unknowns - x.size)
+    rest[0] = gain
+    return SimpleNamespace(structure=structure, x=x, coordinates=np.append(x, rest))
+
+
+TWO_POLES = rough(replace(SAME, order=2), 2.5, 0.1)
+WIDE = {"gain": (2.4, 2.6), "delay": 0.07}
+DEGENERATE = FitStatus.DEGENERATE
+# Another structure, what its own fit finds, and whether it widens the interval of a gain at its
+# upper end; and of the dead time to which lower end.
+SPANNED = {
+    "numbers are determined": (TWO_POLES, WIDE, True, 0.07),
+    "not determined": (TWO_POLES, {**WIDE, "status": DEGENERATE}, False, None),
+    "a gain that may be 0": (TWO_POLES, {"gain": (-9.0, 9.0)}, False, None),
+    "the same gain roughly": (rough(replace(SAME, order=2), 2.0, 0.1), WIDE, False, None),
+    "another kind of gain": (rough(replace(SAME, integrators=1), 2.5, 0.1), WIDE, False, None),
+    "no dead time": (
+        rough(replace(SAME, order=3, dead_time=False), 2.0), {"status": DEGENERATE}, False, 0.0
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("other", "found", "gain", "late"), cases(SPANNED))
+def test_gains_and_dead_times_span_what_the_data_do_not_reject(
+    monkeypatch, other, found, gain, late
+):
+    found = {"gain": CHOSEN["K"].interval95, "delay": 0.1, "status": CHOSEN.status, **found}
+    estimates = [
+        replace(CHOSEN["L"], value=found["delay"]),
+        replace(CHOSEN["K"], interval95=found["gain"]),
+    ]
+    its_own = SimpleNamespace(status=found["status"], estimates=estimates)
+    monkeypatch.setattr(choose, "fit_model", lambda *args, **more: its_own)
+    choice = SimpleNamespace(
+        fits=[rough(SAME, 2.0, 0.1), other], not_rejected=lambda place: [other]
+    )
+    wide = spanning_structures(CHOSEN, choice, LATE)
+    if not gain and late is None:
+        assert wide is CHOSEN
+        return
+    low, high = CHOSEN["K"].interval95
+    assert wide["K"].interval95 == (low, 2.6 if gain else high)
+    assert wide["L"].interval95 == (late, CHOSEN["L"].interval95[1])
+    assert wide["T"] == CHOSEN["T"]
+    assert wide.sentence.endswith("span other structures that the records do not reject")
+
+
+def test_a_model_that_the_scan_does_not_hold_keeps_its_intervals():
+    other = SimpleNamespace(fits=[rough(ContinuousStructure(order=4), 2.0)])
+    assert spanning_structures(CHOSEN, other, LATE) is CHOSEN
