@@ -129,8 +129,6 @@ class Separable:
 
         Source: Kaufman (BIT 15, 1975).
         """
-        if not x.size:
-            return np.empty((sum(block.shape[0] for block in part.blocks), 0))
         theta, edge = part.theta, self.upper - self.lower
         step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
         step = np.where(x + step > self.upper, -step, step)
@@ -185,22 +183,18 @@ def _linear_solution(
     """
     first = own + shared
     rest = np.concatenate([factor[own:, own:] for factor in factors])
-    theta = scaled_solution(rest[:, :shared], rest[:, shared:])[0]
+    theta = scaled_solution(rest[:, :shared], rest[:, shared:])
     etas = [
-        scaled_solution(r[:own, :own], r[:own, first:] - r[:own, own:first] @ theta)[0]
+        scaled_solution(r[:own, :own], r[:own, first:] - r[:own, own:first] @ theta)
         for r in factors
     ]
     return theta, etas
 
 
-def scaled_solution(design: FloatArray, target: FloatArray) -> tuple[FloatArray, int]:
-    """Return a least-squares solution and its rank, by columns of the same length.
-
-    So the rank does not depend on units.
-    """
+def scaled_solution(design: FloatArray, target: FloatArray) -> FloatArray:
+    """Return a least-squares solution by columns of the same length: units do not matter."""
     scale = column_scale(design)
-    scaled, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=None)
-    return (scaled.T / scale).T, int(rank)
+    return (np.linalg.lstsq(design / scale, target, rcond=None)[0].T / scale).T
 
 
 def column_scale(columns: FloatArray) -> FloatArray:

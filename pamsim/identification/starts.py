@@ -164,7 +164,7 @@ def _linearised(structure: ContinuousStructure, data: FrequencyRecord, delay: fl
         design = np.hstack([above, -target[:, np.newaxis] * below]) * weight
         wanted = target * weight[:, 0]
         stacked: Any = np.vstack([design.real, design.imag])
-        solved, _ = scaled_solution(stacked, np.append(wanted.real, wanted.imag))
+        solved = scaled_solution(stacked, np.append(wanted.real, wanted.imag))
         denominator = solved[structure.zeros + 1 :]
         last = 1.0 + below @ denominator
     roots = scale * np.roots(np.append(denominator[::-1], 1.0))

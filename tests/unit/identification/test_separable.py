@@ -35,9 +35,6 @@ def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(colour):
         assert np.max(np.abs(columns.T @ slope[rows])) <= 1e-8 * np.linalg.norm(columns)
     shared = np.concatenate([block[:, part.own[0].size : -1] for block in part.blocks])
     assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
-    problem = ContinuousStructure(0, 0, integrators=1).problem(records)
-    part = problem.linear_part(np.empty(0), noise)  # without a coordinate there is no slope
-    assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
 
 
 def test_an_input_that_acts_only_after_the_record_has_no_slope():
