@@ -67,6 +67,21 @@ def fractional(rng, n, d):
     return fftconvolve(rng.standard_normal(weights.size + n), weights)[weights.size :][:n]
 
 
+def cut_out(
+    above, below, seed, *, n=400, noise=0.03, slow=0.0, delay=0.0, bend=0.0, drift=0.0, bias=0.0
+):
+    """A trial cut out of motion, 20 samples a second: what came before it is not in the record."""
+    draw, interval = np.random.default_rng(seed), 0.05
+    given = steps(draw, n + 100, 10)
+    output = sampled(above, below, given - bias, interval, delay)
+    output = output + bend * output**2
+    white = draw.normal(size=output.size)
+    error = noise * np.std(output) * (coloured(draw, output.size, slow) if slow else white)
+    output = 0.7 + output + error + drift * np.arange(-100, n) / (n - 1)
+    time = interval * np.arange(n)
+    return SignalRecord(f"trial {seed}", time, given[100:], output[100:], ("V",), "m")
+
+
 def record(
     seed,
     *,

@@ -18,22 +18,18 @@ from pamsim.identification.residual_tests import residual_nonlinearity
 from pamsim.identification.status import FitStatus, _undamped
 from pamsim.identification.structure_scan import rough_fit
 from tests.unit.core.refusals import cases
-from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
+from tests.unit.identification.planted import (
+    coloured,
+    cut_out,
+    fit_continuous,
+    record,
+    sampled,
+    steps,
+)
 
 TS = 0.05
 FEW = {"start": "free", "arx": (1, 1, 1), "oe": (1, 1, 1)}
 LAG = [2.0], [0.4, 1.0]
-
-
-def trial(numerator, denominator, seed, *, n=400, noise=0.03, bend=0.0, slow=0.0, drift=0.0):
-    draw = np.random.default_rng(seed)
-    given = steps(draw, n + 100, 10)
-    output = sampled(numerator, denominator, given, TS)
-    output = output + bend * output**2
-    white = draw.normal(size=output.size)
-    disturbance = noise * np.std(output) * (coloured(draw, output.size, slow) if slow else white)
-    output = output + disturbance + drift * np.arange(-100, n) / (n - 1)
-    return SignalRecord(f"trial {seed}", TS * np.arange(n), given[100:], output[100:])
 
 
 def identified(record, dead_time="none"):
@@ -61,7 +57,7 @@ def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
     dead_time = (
         "auto" if name == "one lag" else "none"
     )  # a scan with dead times takes twice as long
-    fitted, chosen, best = identified(trial(numerator, denominator, 1), dead_time)
+    fitted, chosen, best = identified(cut_out(numerator, denominator, 1), dead_time)
     assert chosen.name == chosen.best == fitted.chosen
     assert "the Hannan-Quinn criterion" in chosen.reason
     expected = np.sort(np.abs(np.roots(denominator)))
@@ -69,7 +65,7 @@ def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
 
 
 def test_a_bent_plant_is_called_nonlinear_and_not_recommended():
-    record = trial(*LAG, 2, bend=0.1)
+    record = cut_out(*LAG, 2, bend=0.1)
     _, chosen, best = identified(record)
     assert (chosen.name, chosen.best != "") == ("", True)
     assert "the plant is not linear" in chosen.missing
@@ -81,7 +77,7 @@ def test_a_bent_plant_is_called_nonlinear_and_not_recommended():
 def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
     p_values: list[float] = []
     for seed in range(40):
-        record = trial(*LAG, 100 + seed, n=200)
+        record = cut_out(*LAG, 100 + seed, n=200)
         fit = fit_continuous([record], order=1, start="free")
         p_values.append(residual_nonlinearity(fit, [record]).p_value)
     assert np.mean(np.array(p_values) < 0.05) < 0.2
@@ -116,7 +112,7 @@ def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
 
 
 def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
-    _, chosen, best = identified(trial(*LAG, 4, drift=0.5))
+    _, chosen, best = identified(cut_out(*LAG, 4, drift=0.5))
     assert chosen.name == "first_order_drift"
     assert best["T"].value == pytest.approx(0.4, rel=0.05)
     assert best.trials[0].drift == pytest.approx(0.5, abs=0.1)
@@ -127,7 +123,7 @@ def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
 def test_slow_noise_is_not_taken_for_poles():
     right = 0
     for seed in range(6):
-        best = identified(trial(*LAG, 20 + seed, n=600, noise=0.05, slow=0.85))[2]
+        best = identified(cut_out(*LAG, 20 + seed, n=600, noise=0.05, slow=0.85))[2]
         right += best.structure.order + best.structure.integrators == 1
     assert right >= 5
 
@@ -170,17 +166,13 @@ def test_an_undamped_pair_of_which_no_period_is_seen_stands_for_a_drift():
 
 
 def test_held_out_trials_judge_a_linear_plant_too():
-    fitted, held_out = (trial(*LAG, seed, n=200) for seed in (5, 6))
+    fitted, held_out = (cut_out(*LAG, seed, n=200) for seed in (5, 6))
     models = fit_models([fitted], [held_out], ModelSet(**FEW))
     assert models.choice.judged_by == "the held-out trials"
 
 
 def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_out():
-    draw = np.random.default_rng(9)
-    given = steps(draw, 400, 10)
-    output = sampled(*LAG, given, TS, delay=0.4)
-    output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
-    record = SignalRecord("late", TS * np.arange(300), given[100:], output[100:])
+    record = cut_out(*LAG, 9, n=300, noise=0.02, delay=0.4)
     for dead_time, expected in (("free", True), ("none", False)):
         chosen = chosen_fit(fit_models([record], [], ModelSet(**FEW, dead_time=dead_time)))
         assert chosen.structure.dead_time is expected
@@ -190,7 +182,7 @@ def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_o
 
 def test_a_dead_time_that_stands_for_fast_poles_may_be_none():
     below = np.convolve(np.convolve([1.0, 1.0], [0.12, 1.0]), np.convolve([0.08, 1.0], [0.08, 1.0]))
-    chosen = chosen_fit(fit_models([trial([1.0], below, 1, noise=0.02)], [], ModelSet(**FEW)))
+    chosen = chosen_fit(fit_models([cut_out([1.0], below, 1, noise=0.02)], [], ModelSet(**FEW)))
     assert chosen.structure.order + chosen.structure.zeros < 4
     assert chosen["L"].value > 0.02
     assert chosen["L"].interval95[0] == 0.0

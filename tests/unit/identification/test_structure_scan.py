@@ -11,27 +11,16 @@ from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import instrumental_variable_starts, pole_coordinates
 from pamsim.identification.status import FitStatus
 from pamsim.identification.structure_scan import scan_structures
-from tests.unit.identification.planted import best_of, fit_continuous, lags, sampled, steps
+from tests.unit.identification.planted import best_of, cut_out, fit_continuous, lags, sampled, steps
 
 TS = 0.05
 N = 400
 THREE = np.convolve([0.05, 0.1, 1.0], [0.6, 1.0])
 
 
-def planted(numerator, denominator, seed, *, noise=0.0, drift=0.0, bias=0.0):
-    """A trial cut out of motion: what came before its first sample is not in the record."""
-    draw = np.random.default_rng(seed)
-    given = steps(draw, N + 100, 12)
-    output = sampled(numerator, denominator, given - bias, TS)
-    output = output + noise * np.std(output) * draw.normal(size=output.size)
-    time = TS * np.arange(N)
-    seen = output[100:] + 0.7 + drift * time
-    return SignalRecord(f"trial {seed}", time, given[100:], seen, ("V",), "m")
-
-
 def test_an_integrating_plant_and_the_input_at_which_it_rests_are_recovered():
     # Stable by itself: lag and integrator, so that only the true input bias keeps it from running.
-    record = planted([1.5], [0.3, 1.0, 0.0], 3, bias=0.25)
+    record = cut_out([1.5], [0.3, 1.0, 0.0], 3, noise=0.0, bias=0.25)
     fit = fit_continuous([record], order=1, start="free", integrators=1)
     assert fit.status is FitStatus.CONVERGED
     assert [e.unit for e in fit.estimates] == ["m/V/s", "s", "V"]
@@ -60,7 +49,7 @@ def test_a_direct_path_is_recovered_from_a_free_start():
 
 def test_instrumental_variables_find_the_poles_without_a_grid():
     below = np.convolve([1.0 / 36.0, 2.0 * 0.2 / 6.0, 1.0], [0.1, 1.0])
-    record = planted([0.2, 1.0], below, 5, noise=0.02)
+    record = cut_out([0.2, 1.0], below, 5, noise=0.02)
     structure = ContinuousStructure(3, 2, False, False, "free")
     problem = structure.problem([record])
 
@@ -90,7 +79,7 @@ def test_pole_coordinates_keep_the_polynomial(sizes, damping, real):
 
 
 def test_a_scan_finds_the_structure_and_stays_nested():
-    fits = scan_structures([planted([1.0], THREE, 6, noise=0.01)], start="free")
+    fits = scan_structures([cut_out([1.0], THREE, 6, noise=0.01)], start="free")
     best = min(fits, key=lambda fit: fit.criterion).structure
     assert (best.order, best.drift) == (3, False)
     cost = {}
@@ -119,7 +108,7 @@ def test_an_integrator_is_found_behind_a_dead_time():
 
 
 def test_a_drift_is_in_the_scan_where_the_record_shows_it_and_did_not_begin_at_rest():
-    record = planted([1.0], lags(0.6), 9, noise=0.02, drift=0.05)
+    record = cut_out([1.0], lags(0.6), 9, noise=0.02, drift=1.0)
     best = best_of([record])
     assert (best.structure.order, best.structure.drift) == (1, True)
     assert not any(fit.structure.drift for fit in scan_structures([record], start="rest"))
