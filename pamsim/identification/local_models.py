@@ -16,6 +16,7 @@ import numpy as np
 import scipy.special
 
 from pamsim.core.computation import Progress
+from pamsim.core.digits import p_in_words
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -316,18 +317,15 @@ def _sentence(
     parts: list[str] = []
     for name, trend in trends.items():
         if trend.p_value >= _LEVEL:
-            parts.append(f"no significant change with {name} ({_shown(trend.p_value)})")
+            parts.append(f"no significant change with {name} ({p_in_words(trend.p_value)})")
             continue
         change = trend.slope * trend.span
         share = np.expm1(change) if logarithmic else change / abs(mean)
         verb = "rises" if share > 0.0 else "falls"
         percent = f"{100.0 * abs(share):.0f} %"
-        parts.append(f"{verb} by {percent} over the range of {name} ({_shown(trend.p_value)})")
+        parts.append(f"{verb} by {percent} over the range of {name} ({p_in_words(trend.p_value)})")
     if not parts:
         parts.append("no regressor varies enough over the map to estimate a trend")
-    verdict = "more than their intervals" if p_spread < _LEVEL else "no more than their intervals"
-    return f"{parameter}: {'; '.join(parts)}; the estimates differ {verdict} ({_shown(p_spread)})"
-
-
-def _shown(p_value: float) -> str:
-    return f"p = {p_value:.2g}" if p_value >= 1e-3 else "p < 0.001"
+    more = "more" if p_spread < _LEVEL else "no more"
+    parts.append(f"the estimates differ {more} than their intervals ({p_in_words(p_spread)})")
+    return f"{parameter}: {'; '.join(parts)}"

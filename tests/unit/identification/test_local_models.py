@@ -38,7 +38,7 @@ def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed():
     assert gain.trends["load"].p_value > 0.01
     assert gain.heterogeneity_p < 1e-6
     assert "rises" in gain.sentence
-    assert "pressure" in gain.sentence
+    assert "over the range of pressure (p < 0.0001)" in gain.sentence  # as in every other result
     assert lag.mean == np.clip(lag.mean, 0.294, 0.306)
     assert lag.heterogeneity_p > 1e-3
     json.dumps(to_dict(local.dependences), allow_nan=False)
