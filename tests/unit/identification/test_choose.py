@@ -111,14 +111,6 @@ def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
     assert by_free_run([fit], [record], []).judged_by == "AICc"
 
 
-def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
-    _, chosen, best = identified(cut_out(*LAG, 4, drift=0.5))
-    assert chosen.name == "first_order_drift"
-    assert best["T"].value == pytest.approx(0.4, rel=0.05)
-    assert best.trials[0].drift == pytest.approx(0.5, abs=0.1)
-    assert chosen.reason.startswith("1 pole, drift: the best by the Hannan-Quinn criterion")
-
-
 @pytest.mark.slow
 def test_slow_noise_is_not_taken_for_poles():
     right = 0

@@ -86,7 +86,9 @@ def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
     output = output + np.linspace(0.0, 6.0, 300) + 0.2 * draw.normal(size=300)
     path = log(tmp_path / "log.csv", "time_s,valve,travel_mm", TS * np.arange(300), given, output)
     found = identify(path, **{**FEW, "order": None})
-    assert found.recommendation.best == "first_order_drift"
+    assert found.recommendation.best == "first_order_drift"  # instead of more poles
+    assert found.shown.fit["T"].value == pytest.approx(0.2, rel=0.05)
+    assert found.recommendation.reason.startswith("1 pole, drift: the best by the Hannan-Quinn")
     (line,) = [s for s in found.summary().splitlines() if "drift of the output" in s]
     unit, _, rest = line.partition(": ")
     value, _, trial = rest.split()
