@@ -10,8 +10,8 @@ the claim's id. A statement that could not fail is no claim. Columns of a row:
     unit        of both; ``1`` for a pure number
     kind        what agreement is worth: ``independent`` or ``calibrated``
     because     why it is of that kind
-    otherwise   verdict if the statement does not hold: ``inconsistent``, ``text damaged`` or, if
-                left out, ``not reproducible from printed data``
+    otherwise   verdict if the statement does not hold, ``not reproducible from printed data`` if
+                left out
     same_as     number of the claim whose fact this one repeats; the fact is counted once
     reason      evidence and method; {names} are filled in with what the function computed, or with
                 the file's ``[shared]`` texts
@@ -76,12 +76,6 @@ KINDS = (Verdict.INDEPENDENT, Verdict.CALIBRATED)
 """Verdicts on a statement that holds: agreement that could have failed, and that was made by
 fitting."""
 
-_OTHERWISE = {
-    "inconsistent": Verdict.INCONSISTENT,
-    "text damaged": Verdict.TEXT_DAMAGED,
-    None: Verdict.NOT_REPRODUCIBLE,
-}
-
 
 class Order(StrEnum):
     """How recomputed numbers must follow one another."""
@@ -94,12 +88,8 @@ class Order(StrEnum):
 class Note:
     """What a paper does not state or print, and what can be said of it; no claim of the paper.
 
-    The other attributes are columns of the row.
-
-    Attributes:
-        id: name of the paper and a number that stays, such as ``matiskova2021-07``.
-        paper: name of the paper.
-        recomputed: number or numbers computed here, or None.
+    The ``id`` is the name of the paper and a number that stays, such as ``matiskova2021-07``;
+    what is ``recomputed`` may be nothing. The rest are columns of the row.
     """
 
     id: str
@@ -115,13 +105,12 @@ class Note:
 class Claim:
     """A printed statement and its recomputation.
 
-    The other attributes are columns of the row, or those of a `Note`.
+    What is not explained here is a column of the row, or as in a `Note`.
 
     Attributes:
         accepted: interval in which each recomputed number must lie, None for an open end.
         scatter: half the 95 % interval of each recomputed number; empty if they do not scatter.
         order: in which the recomputed numbers must come, if any.
-        verdict: see `Verdict`.
         same_as: id of the claim whose fact this one repeats, or None.
     """
 
@@ -148,7 +137,14 @@ class Claim:
 
 
 class Recomputed:
-    """The result of a function for its claim."""
+    """What a function found for its claim.
+
+    The value is `Printed` with what the rounding of printed numbers leaves open, and None only for
+    a note. The smallest and largest accepted numbers, ``low`` and ``high``, are for all or for
+    each, and open if left out; without them and an order the printed numbers are compared, those
+    given here or the row's. The scatter is half the 95 % interval of each number; the evidence is
+    what the row's reason quotes.
+    """
 
     def __init__(
         self,
@@ -161,19 +157,6 @@ class Recomputed:
         scatter: float | Sequence[float] = (),
         **evidence: Any,
     ) -> None:
-        """Collect the result.
-
-        Args:
-            value: the recomputed number or numbers, `Printed` with what the rounding of printed
-                numbers leaves open; None only for a note.
-            printed: in place of the row's.
-            low: smallest accepted number, for all or each; open if left out.
-            high: largest accepted number, for all or each; open if left out.
-            order: in which the numbers must come. Without low, high and order the printed numbers
-                are compared.
-            scatter: half the 95 % interval of each number.
-            evidence: what the row's reason quotes.
-        """
         self.value, self.printed, self.low, self.high = value, printed, low, high
         self.order, self.scatter, self.evidence = order, scatter, evidence
 
@@ -217,8 +200,7 @@ def evaluate(id: str) -> Claim | Note:
     """Recompute one claim and judge it, or one note.
 
     Raises:
-        InputError: if there is no such claim, its row and function do not fit each other, or a
-            number is not finite.
+        InputError: if there is no such claim, or its row and function do not fit each other.
     """
     return judge(id, *recomputed(id))
 
@@ -273,7 +255,7 @@ def judge(id: str, row: Mapping[str, Any], result: Recomputed) -> Claim | Note:
         printed = PrintedNumbers(paper).quoted(row["printed"])
     accepted, scatter = _accepted(id, printed, result), _floats(result.scatter)
     holds = _holds(_floats(result.value), accepted, scatter, result.order)
-    failing = _OTHERWISE[row.get("otherwise")]
+    failing = Verdict(row.get("otherwise", Verdict.NOT_REPRODUCIBLE))
     return Claim(
         **common,
         printed=printed if isinstance(printed, str) else _shown(id, printed),

@@ -33,7 +33,7 @@ DIGITS = Printed.read("0.669")
 
 
 def judged(printed, value, **more) -> Verdict:
-    row = {**ROW, "printed": printed, "otherwise": "inconsistent"}
+    row = {**ROW, "printed": printed, "otherwise": "inconsistent in the paper"}
     return judge(ID, row, Recomputed(value, cause="y", **more)).verdict
 
 
