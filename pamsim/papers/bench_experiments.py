@@ -30,11 +30,7 @@ class BenchRun(NamedTuple):
 
 
 def bench(paper: str) -> Rig:
-    """The muscle of a paper, such as ``sarosi``, on the bench.
-
-    Raises:
-        InputError: if no such bench is shipped.
-    """
+    """The muscle of a paper, such as ``sarosi``, on the bench."""
     return load_rig(shipped_rigs() / "muscle_bench" / paper)
 
 
@@ -47,19 +43,10 @@ def stretched(
     sealed: bool = False,
     timestep: float | None = None,
 ) -> BenchRun:
-    """Impose the length of the muscle.
+    """Impose the contraction (n,) [-] of a muscle of `bench` at even times from 0 (n,) [s].
 
-    Args:
-        rig: see `bench`.
-        time: (n,) evenly spaced, from 0 [s]; also when it is read.
-        contraction: (n,) imposed [-].
-        pressure: gauge [Pa], (n,) imposed, or one; with ``sealed`` that of the air at the start.
-        sealed: shut the air in.
-        timestep: of the engine [s]; the rig's own if left out.
-
-    Raises:
-        InputError: if the motion leaves the rod's range, or the times do not fit the time step.
-        SimulationError: if the run breaks down.
+    The gauge pressure [Pa], (n,) or one, is imposed too, or with ``sealed`` that of the air which
+    is shut in at the start. The engine's time step [s] is the rig's own if left out.
     """
     start, nominal = _lengths(rig)
     imposed = np.broadcast_to(np.asarray(pressure, dtype=np.float64), time.shape)
@@ -71,16 +58,9 @@ def stretched(
 
 
 def hung(rig: Rig, time: FloatArray, pressure: FloatArray, *, load: float) -> BenchRun:
-    """Impose the pressure while a weight hangs on the muscle, which moves freely.
+    """Impose the gauge pressure (n,) [Pa] of a muscle of `bench` at even times from 0 (n,) [s].
 
-    Args:
-        rig: see `bench`.
-        time: (n,) evenly spaced, from 0 [s]; also when it is read.
-        pressure: (n,) gauge [Pa].
-        load: below the rod [kg].
-
-    Raises:
-        SimulationError: if the run breaks down.
+    A load [kg] hangs below the rod, and the muscle moves freely.
     """
     hanging = {"drive": "measured", "load": load, "settle": _SWINGING}
     return _run(rig, None, time, pressure[:, None], start_pressure=pressure[:1], **hanging)

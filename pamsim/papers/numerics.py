@@ -37,8 +37,9 @@ def least_squares(
     Beside them half their linearised 95 % intervals. The options are those of scipy's
     ``least_squares``.
     """
-    options = {"method": "trf", **options}
-    values, covariance = _curve_fit(lambda _, *v: function(*v), None, wanted, start, **options)
+    values, covariance = _curve_fit(
+        lambda _, *v: function(*v), None, wanted, start, **{"method": "trf", **options}
+    )
     student = stdtrit(len(wanted) - len(values), 0.975)
     return values, student * np.sqrt(np.diag(covariance))
 

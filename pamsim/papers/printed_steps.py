@@ -34,16 +34,17 @@ class Start(NamedTuple):
     meaning: str
 
 
-_SENTENCES = {
-    "vent": "the paper's operating concept: both muscles rest at the higher printed pressure"
-    " (reference point E), then the active one is vented to the lower",
-    "fill": "both muscles rest at the lower printed pressure, then the active one is filled to the"
-    " higher",
-    "maximum": "both muscles rest at the largest printed pressure of all rows (stiffest reference"
-    " point), then both are brought to the printed pair",
-}
-
-STARTS: Mapping[str, Start] = {name: Start(name, text) for name, text in _SENTENCES.items()}
+STARTS: Mapping[str, Start] = {
+    name: Start(name, meaning)
+    for name, meaning in (
+        ("vent", "the paper's operating concept: both muscles rest at the higher printed pressure"
+         " (reference point E), then the active one is vented to the lower"),
+        ("fill", "both muscles rest at the lower printed pressure, then the active one is filled to"
+         " the higher"),
+        ("maximum", "both muscles rest at the largest printed pressure of all rows (stiffest"
+         " reference point), then both are brought to the printed pair"),
+    )
+}  # fmt: skip
 """The assumptions offered; ``vent`` is the default."""
 
 

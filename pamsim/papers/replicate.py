@@ -137,5 +137,7 @@ def replication_figures(papers: Iterable[str]) -> dict[str, Mapping[str, Any]]:
         ends with its unit where it has one. What the engine gives on the bench is under ``bench``.
         What a paper does not print is assumed, and named in the figure's caption.
     """
-    rooms = {paper: importlib.import_module(f"pamsim.papers.{paper}.figures") for paper in papers}
-    return {paper: room.curves() for paper, room in rooms.items()}
+    return {
+        paper: importlib.import_module(f"pamsim.papers.{paper}.figures").curves()
+        for paper in papers
+    }

@@ -44,12 +44,10 @@ _PER_STROKE = 500  # samples: one for every kPa
 
 
 def curves() -> Mapping[str, Any]:
-    """Lengths of Table 2, both models and their residuals.
+    """Lengths of Table 2, both models and their residuals by branch, at the printed pressures.
 
-    Returns:
-        ``pressure_kpa`` (n,), ``fine_kpa`` (m,) [kPa]; under ``up`` and ``down`` the means with
-        half intervals (n,), published and refitted arctangent (m,), residuals (n,) of both and of
-        the Bouc-Wen loop, free and held passive [cm]; ``width_cm`` of both loops.
+    The arctangents, published and refitted, are over ``fine_kpa``. The Bouc-Wen loop is free and
+    held passive.
     """
     fine = np.linspace(0.0, TOP, 251)
     free, passive = fit_bouc_wen(), fit_bouc_wen(0.5)
@@ -126,14 +124,9 @@ def hung_muscle(rig: Rig) -> HungMuscle:
 def bench_curves(stroke: float = _STROKE) -> Mapping[str, Any]:
     """The loop of the engine, beside force balance, Table 2 and the printed equations.
 
-    From no pressure to 500 kPa it takes a stroke [s].
-
-    Returns:
-        By branch: ``pressure_kpa``, ``length_cm`` (n,) of the engine; ``balance_off_cm``, their
-        largest distance from force balance; ``mean_off_cm`` (11,), engine less Table 2, and its
-        ``rmse_cm``; ``equation_rmse_cm``, engine less (3) or (4) over all pressures;
-        ``printed_rmse_cm``, that of (3) or (4) on Table 2; ``width_cm``, the largest distance of
-        the branches: ``engine``, ``equations``, ``table``.
+    From no pressure to 500 kPa it takes a stroke [s]. By branch ``balance_off_cm`` is the largest
+    distance from force balance; RMSEs are of the engine and of (3) or (4) on Table 2, and between
+    the two over all pressures (``equation``); ``width_cm`` is the largest distance of the branches.
     """
     rig = bench("alraouf2025")
     weight, law = hanging_weight(rig, 0.0), hung_muscle(rig)

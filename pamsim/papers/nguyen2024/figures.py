@@ -46,12 +46,9 @@ def _fractional_loop(
 
 
 def curves() -> Mapping[str, Any]:
-    """Loops of Figures 3, 11 and 12, and what their claims come down to.
+    """Loops of Figures 3, 11 and 12, displacement [mm] and force [N], and what they come down to.
 
-    Returns:
-        ``by_order``, ``by_amplitude``, ``by_frequency``: label -> displacement [mm] and force [N],
-        (n,) each; over ``frequency_hz`` (m,) ``stiffness_n_per_m`` and ``loss_percent``, half the
-        width of the loop at zero force over its amplitude.
+    The loss is half the width of the loop at zero force over its amplitude.
     """
     stiffness, w = value("figure_stiffness"), value("figure_frequency")
     ratio = value("figure_damping") / stiffness
@@ -83,12 +80,8 @@ def curves() -> Mapping[str, Any]:
 def bench_curves() -> Mapping[str, Any]:
     """The engine beside (2) to (5) on a slow stroke, and beside (9) over frequency.
 
-    Returns:
-        ``stroke``: see `slow_stroke`; ``frequency_hz`` (n,); ``area_mj`` of the engine and of
-        (9), (n,) each; ``area_off_percent``, ``stiffness_off_percent``: largest distances of area
-        and dynamic stiffness; ``loops``: frequency -> displacement [mm], force of the engine and
-        by (9) [N], (m,) each; ``width_mm``: frequency of the second study case -> width at zero
-        force and 125 N, engine and (15).
+    What is called ``off`` is the largest distance of the two; ``width_mm`` is that at zero force
+    and 125 N, of the engine and by (15), for each frequency of the second study case.
     """
     rig, printed = bench("nguyen2024"), values("second_case_frequencies")
     cycles = {f: cycle(rig, f) for f in (*_WIDE, *printed)}
@@ -142,9 +135,7 @@ def cycle(rig: Rig, frequency: float) -> Mapping[str, Any]:
 def slow_stroke(rig: Rig) -> Mapping[str, Any]:
     """The 60 mm at 0.6 mm/s with the air shut in at 3.7 bar, without the rubber.
 
-    Returns:
-        ``length_mm`` (n,); ``pressure_bar`` and ``force_n`` (n,) each of the engine and by (2)
-        with (4) and by (5); ``pressure_off_bar``, ``force_off_n``: largest distances.
+    Pressures are those of the engine and by (2) with (4), forces by (5).
     """
     pressure, start = slow_start()
     lasts = value("slow_shortening") / value("slow_speed")

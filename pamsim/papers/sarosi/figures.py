@@ -39,13 +39,9 @@ def _pressures(force: FloatArray | float, contraction: FloatArray) -> FloatArray
 
 
 def curves() -> Mapping[str, Any]:
-    """Force over contraction by every law, and pressure over contraction by (5).
+    """Force [N] over contraction by every law, and gauge pressure [bar] over it by (5).
 
-    Returns:
-        ``ideal_end_percent``: where (1) ends [%]; ``contraction_percent`` (n,) [%]; ``ideal``,
-        ``corrected`` and ``exponential``: pressure -> (n,) force [N]; ``fit``: RMS misfit of (2)
-        to (4) [N]; ``inverse``: force -> (n,) gauge pressure [bar], NaN where no allowed filling
-        gives it; ``round_trip_bar``: largest error of (5) after (4).
+    Of (5) what no allowed filling gives is NaN; ``round_trip_bar`` is its largest error after (4).
     """
     exponential = _family(equations.force)
     # From 2 bar on, as the paper says, and where (4) pulls.
@@ -97,14 +93,9 @@ def contraction_by_law(pressure: float, weight: float) -> float:
 def bench_curves() -> Mapping[str, Any]:
     """Force at held lengths and length under weights, by the engine and by (4).
 
-    Returns:
-        ``held_percent`` (n,) [%]; ``isometric``: pressure -> (n,) force [N], engine;
-        ``isometric_off_n``: its largest distance from (4) [N]; ``isotonic``: weight ->
-        ``contraction_percent``, ``pressure_bar`` of the engine and ``inverse_bar`` by (5) for that
-        weight (m,), and ``off_percent``, the largest distance from (4) in contraction [%];
-        ``end_percent``: contraction at 6 bar without a load, by engine and by (4), and by (4)
-        without any force [%]; ``map_rms_n``: distance from the published force map at its own
-        points, of the engine and of (4) [N].
+    What ends with ``off`` and a unit is the largest distance of the two; ``end_percent`` are the
+    contractions at 6 bar with the rod alone, and by (4) without any force; ``map_rms_n`` are the
+    distances of both from the published force map.
     """
     rig = bench("sarosi")
     # Evenly spaced to 6 bar: every tenth sample is a whole bar.
@@ -145,7 +136,7 @@ def _distance_from_map(rig: Rig, time: FloatArray) -> Mapping[str, float]:
 
 
 def isotonic(rig: Rig, load: float) -> Mapping[str, Any]:
-    """Pressure up to 6 bar and down again with a weight [kg] on the bench, see `bench_curves`."""
+    """Pressure up to 6 bar and down again with a weight [kg] on the bench."""
     weight = hanging_weight(rig, load)
     time = np.linspace(0.0, _SWEEP, 401)
     pressure = 3.0 * PA_PER_BAR * (1.0 - np.cos(2.0 * np.pi * time / _SWEEP))

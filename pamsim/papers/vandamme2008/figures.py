@@ -75,14 +75,9 @@ def _relative_output(contraction: FloatArray, *, virgin: bool) -> FloatArray:
 
 
 def curves() -> Mapping[str, Any]:
-    """Plane, loops and force functions of Figures 2, 3 and 11 to 15.
+    """Plane, loops and force functions [-] of Figures 2, 3 and 11 to 15; forces of 25 fibres [N].
 
-    Returns:
-        ``plane``: levels, weight over its largest value (n, n), outputs of the relays, inputs;
-        ``major``: input, both branches and the straight line [-]; ``contraction_percent`` of the
-        outer loop [%] with ``static``, (2), and ``forces``: pressure -> [N] with 25 fibres;
-        ``loops``: number of fibres -> delta, outer f_t0, inner contraction [%] and f_t0 [-];
-        ``exact``: contraction [%], exact and fitted f_t0 [-], range of the fit [%].
+    The loops are by number of fibres, the forces by pressure.
     """
     levels, plane = levels_of(_LEVELS), RelaySum(_weights())
     for u in _HISTORY:
@@ -140,16 +135,12 @@ def curves() -> Mapping[str, Any]:
 
 
 def bench_curves() -> Mapping[str, Any]:
-    """Loops of the engine beside (7), relay by relay.
+    """Loops of the engine beside (7), relay by relay, by number of fibres at 1.5 bar.
 
-    Returns:
-        ``contraction_percent`` (n,) [%]; ``fit`` (n,): (2) [-]; by number of fibres ``function``
-        (n,): f_t0 of the engine at 1.5 bar [-], ``error_percent``: e by (4), ``law_percent``: e by
-        (6), both [%], ``width_percent``: the widest distance of the branches of the whole loop,
-        engine and (6); ``force_n``: pressure -> (n,) [N] with 25 fibres, and ``static_n``
-        without memory; ``whole``: first and last sample of the whole loop; ``off_percent``:
-        largest distance of e of the engine and (6); ``pressure_spread_percent``: that of e between
-        the pressures.
+    Of each the relative error e, (4), is ``error_percent`` by the engine and ``law_percent`` by
+    (6), ``off_percent`` the largest distance of the two; ``width_percent`` is the widest distance
+    of the branches of the ``whole`` loop. Forces are of 25 fibres, ``static_n`` without memory;
+    between their pressures e differs by ``pressure_spread_percent``.
     """
     contraction = _path(_TURNS, _SPEED * _PERIOD)
     fit, area = polynomial(contraction), length() ** 2
