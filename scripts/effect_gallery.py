@@ -29,7 +29,8 @@ from pamsim.effects.effect import Effect, EffectParameter
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Recording
-from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
+from pamsim.report.style import finish_axes, new_figure, page_style
+from pamsim.scene.series_colours import BLUE, GREEN, VERMILION
 from pamsim.twins.noise import ANGLE_NOISE, PRESSURE_NOISE
 
 DOCS = DOCUMENTS.parent

@@ -30,7 +30,8 @@ from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
-from pamsim.report.style import BLUE, INK, MUTED, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import finish_axes, new_figure, styled
+from pamsim.scene.series_colours import BLUE, INK, MUTED, VERMILION
 
 OUT = Path(__file__).parents[1] / "out" / "equimus_leg"
 SCHEMA = "pamsim-equimus-leg/1"

@@ -31,7 +31,8 @@ from scipy.optimize import least_squares
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.jit import hand_to_numba, reached_functions
 from pamsim.physics.air import ATMOSPHERE, GAS_CONSTANT, mass_flow
-from pamsim.report.style import BLUE, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import finish_axes, new_figure, styled
+from pamsim.scene.series_colours import BLUE, VERMILION
 
 NAME = re.compile(r"tube_l(\d)_p([\d.]+)_(start|end)(_1)?\.csv")
 """Files of one fill or one vent a run, by length [m] and pressure [bar]; others mix both."""

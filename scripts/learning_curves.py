@@ -12,7 +12,8 @@ from pathlib import Path
 from pictures import DOCUMENTS, GREY, on_any_ground, save_small_svg
 from records import RESULTS, read
 
-from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
+from pamsim.report.style import finish_axes, new_figure, page_style
+from pamsim.scene.series_colours import BLUE, GREEN, VERMILION
 
 PICTURE = DOCUMENTS / "learning_curves.svg"
 COLOURS = {"policy_sine": BLUE, "policy_step": GREEN, "policy_two_joint": VERMILION}

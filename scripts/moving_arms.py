@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from pictures import GREY
 
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.report.style import VERMILION
+from pamsim.scene.series_colours import VERMILION
 
 FRAMES_PER_SECOND = 10
 """Between two frames the browser moves the arm evenly; more are not seen."""

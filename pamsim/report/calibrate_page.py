@@ -14,8 +14,9 @@ from pamsim.core.units import to_si
 from pamsim.report.numbers import digits, fixed, interval, sentence, significant, unit, words
 from pamsim.report.page import write_page
 from pamsim.report.row_errors import rest_errors
-from pamsim.report.style import BLUE, INK, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import RULE, finish_axes, new_figure, styled
 from pamsim.report.trial_signals import shown_trials, trial_signals
+from pamsim.scene.series_colours import BLUE, INK, MUTED, VERMILION
 
 SCHEMA = "pamsim-calibrate/1"
 
@@ -26,13 +27,7 @@ _BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize"
 def write_calibration(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
 ) -> Path:
-    """Write page and figures of a calibration as `write_page` does.
-
-    Args:
-        result: of schema ``pamsim-calibrate/1``.
-        comparisons: every channel of every trial, and every static table.
-        out: folder.
-    """
+    """Write page and figures of a calibration as `write_page` does; return the page."""
     trials = [c for c in comparisons if c.channel != "angle_at_rest"]
     return write_page(
         out,

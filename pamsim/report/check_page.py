@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
-from pamsim.report.style import BLUE, INK, MUTED, finish_axes, new_figure, styled
+from pamsim.report.style import finish_axes, new_figure, styled
 from pamsim.report.trial_signals import shown_trials, trial_signals
+from pamsim.scene.series_colours import BLUE, INK, MUTED
 
 SCHEMA = "pamsim-check/2"
 

@@ -36,16 +36,9 @@ def film_trial(
     speed: float = 1.0,
     progress: Progress | None = None,
 ) -> None:
-    """Write a film of a whole trial.
+    """Write a film (.gif, .mp4) of a whole trial, seen by a camera of the rig's scene.
 
-    Args:
-        path: ending in .gif or .mp4.
-        replay: of `pamsim.scene.replay.read_replay`.
-        camera: of the rig's scene.
-        size: width and height [px].
-        fps: frames per second of the film [Hz].
-        speed: 1 for real time, 0.5 for slow motion.
-        progress: called after each frame.
+    The size is in pixels; at half the speed it is in slow motion.
 
     Raises:
         InputError: for an unknown camera or film format, a number out of range, a place that
@@ -71,8 +64,7 @@ def picture_instant(
     """Write a picture (.png, .jpg) of one instant [s] of a trial; see `film_trial`.
 
     Raises:
-        InputError: for an unknown camera or picture format, a time outside the trial, a place that
-            cannot be written.
+        InputError: as `film_trial`, and for a time outside the trial.
         EngineError: if the arm cannot be drawn.
     """
     if not 0.0 <= time <= replay.duration:
@@ -87,15 +79,10 @@ def picture_instant(
 def film_gap(
     path: Path, rig: Rig, parts: Sequence[Comparison], *, progress: Progress | None = None
 ) -> None:
-    """Write a film of one trial as measured, and as simulated before and after the repair.
+    """Write a film (.gif, .mp4) of one trial as measured, and as simulated before and after.
 
-    The arms stand side by side, the curves of the first joint below.
-
-    Args:
-        path: ending in .gif or .mp4.
-        rig: loaded with its scene.
-        parts: the compared channels of the trial, all joints among them.
-        progress: called after each frame.
+    The arms stand side by side, the curves of the first joint below. The rig was loaded with its
+    scene; the parts are the compared channels of the trial.
 
     Raises:
         InputError: if a joint was not compared, or the place cannot be written.

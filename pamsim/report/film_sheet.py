@@ -21,7 +21,8 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import fixed, words
 from pamsim.report.step_figure import plot_joints, plot_pressures
-from pamsim.report.style import BLUE, INK, VERMILION, finish_axes, series_look, styled
+from pamsim.report.style import finish_axes, series_look, styled
+from pamsim.scene.series_colours import BLUE, INK, VERMILION
 
 Picture = NDArray[np.uint8]
 
@@ -110,11 +111,8 @@ def film_sheet(
 ) -> FilmSheet:
     """Draw what all frames of a film of a trial share.
 
-    Args:
-        trial: with a measured angle; pressures that were not measured are left out and said so.
-        size: width and height of a frame [px].
-        labels: name of each muscle -> column and row of its fixed end in the arm's picture [px].
-        title: written above the arm.
+    The labels are names of the muscles, each with column and row of its fixed end in the arm's
+    picture [px]; so is the size of a frame.
 
     Raises:
         InputError: if the frame is too small for labels.

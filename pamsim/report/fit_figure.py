@@ -15,15 +15,8 @@ from pamsim.fitting.result import SCHEMA
 from pamsim.report.numbers import NONE, fixed, interval, plain, quantity, significant, words
 from pamsim.report.numbers import unit as unit_text
 from pamsim.report.page import write_page
-from pamsim.report.style import (
-    INK,
-    MUTED,
-    finish_axes,
-    new_figure,
-    say_empty,
-    series_look,
-    styled,
-)
+from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.scene.series_colours import INK, MUTED
 
 _MM_PER_M = 1e3
 _MOST_SERIES = 8

@@ -24,19 +24,8 @@ from matplotlib.ticker import (
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.curves import Curves, FrequencyResponse, TrialCurve
 from pamsim.report.numbers import fixed, words
-from pamsim.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    say_empty,
-    series_look,
-    styled,
-)
+from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
 
 _MOST_TRIALS = 5
 

@@ -19,7 +19,8 @@ from pamsim.inference.estimate import Interval
 from pamsim.report import identify_figures as draw
 from pamsim.report.numbers import fixed, interval, quantity, significant
 from pamsim.report.page import write_page
-from pamsim.report.style import INK, finish_axes, styled
+from pamsim.report.style import finish_axes, styled
+from pamsim.scene.series_colours import INK
 
 _POINTS = 300
 

@@ -21,8 +21,9 @@ from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page
 from pamsim.report.row_errors import loop_branches, row_errors
-from pamsim.report.style import BLUE, GREEN, INK, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import finish_axes, new_figure, styled
 from pamsim.report.trial_signals import trial_channels, worst_trials
+from pamsim.scene.series_colours import BLUE, GREEN, INK, VERMILION
 
 SCHEMA = "pamsim-diagnosis/3"
 
@@ -69,14 +70,10 @@ def write_link_diagnosis(
     film: Path | None = None,
     hidden: Hidden | None = None,
 ) -> Path:
-    """Write page and figures of a diagnosis by link as `write_page` does.
+    """Write page and figures of a diagnosis by link as `write_page` does; return the page.
 
-    Args:
-        result: of schema ``pamsim-diagnosis/3``.
-        comparisons: every compared channel of every trial, the whole chain simulated.
-        out: folder.
-        film: a GIF of the first trial shown, see `pamsim.report.film.film_gap`, or None.
-        hidden: what was hidden in synthetic recordings, with which the page then begins.
+    In the comparisons the whole chain is simulated. A film is a GIF of the first trial shown, see
+    `pamsim.report.film.film_gap`. The page begins with what was hidden in synthetic recordings.
     """
     shown = shown_trials(result, comparisons)
     picture = hidden and hidden.picture

@@ -13,19 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pamsim.report.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    series_look,
-    styled,
-)
+from pamsim.report.style import FAINT, finish_axes, new_figure, series_look, styled
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
 
 Curves = Mapping[str, Any]
 Drawing = Callable[[Curves], Figure]
@@ -50,14 +39,7 @@ def _drawn(paper: str, name: str) -> Callable[[Drawing], Drawing]:
 
 
 def equation_23(ax: Axes, figure6: Curves, bar: str, scaled: str) -> None:
-    """Label the axes of Figure 6 and draw equation (23) in both units of pressure.
-
-    Args:
-        ax: the axes.
-        figure6: what `static_characteristic` of the paper's room returns.
-        bar: label of the curve read in bar.
-        scaled: label of that with the scale that fits best.
-    """
+    """Label the axes of Figure 6 and draw (23), read in bar and with the scale that fits best."""
     finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
     ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
     for unit, label, colour, dashes in (
@@ -71,7 +53,7 @@ def equation_23(ax: Axes, figure6: Curves, bar: str, scaled: str) -> None:
 
 @_drawn("matiskova2021", "static")
 def static_law(curves: Curves) -> Figure:
-    """Figure 6: equation (23) and the printed tables, angle [deg] against p1 - p2 [kPa]."""
+    """Figure 6: equation (23) and the printed tables."""
     figure, (ax,) = new_figure(4.0)
     equation_23(ax, curves, "(23), p in bar", f"(23), unit {curves['scale_kpa']:.0f} kPa")
     for index, size in enumerate(("large", "medium", "small")):
@@ -85,11 +67,7 @@ def static_law(curves: Curves) -> Figure:
 
 @_drawn("matiskova2021", "stiffness")
 def joint_stiffness(curves: Curves) -> Figure:
-    """Stiffness of the joint at the reference point, of the rig and of the ideal pair.
-
-    Returns:
-        Two panels, stiffness [N m/rad] against p1 + p2 [kPa].
-    """
+    """Stiffness of the joint at the reference point, of the rig and of the ideal pair."""
     figure, panels = new_figure(3.2, columns=2)
     own = curves["stiffness"]
     titles = (("", "muscles of the rig"), ("ideal_", "ideal pair, equation (5)"))
@@ -107,11 +85,7 @@ def joint_stiffness(curves: Curves) -> Figure:
 
 @_drawn("alraouf2025", "arctangent")
 def arctangent_loop(curves: Curves) -> Figure:
-    """Figures 5 to 7: lengths, arctangent branches and their residuals.
-
-    Returns:
-        Length [cm] against pressure [kPa] above, model minus mean [cm] below.
-    """
+    """Figures 5 to 7: lengths, arctangent branches and their residuals."""
     figure, (loop, published, refitted) = new_figure(6.4, 3, sharex=True, height_ratios=(2, 1, 1))
     finish_axes(loop, y=_LENGTH, zero=False)
     finish_axes(published, y="published −\nmean [cm]")
@@ -144,11 +118,7 @@ def arctangent_loop(curves: Curves) -> Figure:
 
 @_drawn("alraouf2025", "bouc_wen")
 def bouc_wen_loop(curves: Curves) -> Figure:
-    """Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive.
-
-    Returns:
-        Two panels, length [cm] against pressure [kPa].
-    """
+    """Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive."""
     figure, panels = new_figure(3.4, columns=2, sharey=True)
     pressure = curves["pressure_kpa"]
     titles = (("bouc_wen", "best fit"), ("passive", "held passive, σ ≥ 1/2"))
@@ -168,11 +138,7 @@ def bouc_wen_loop(curves: Curves) -> Figure:
 
 @_drawn("alraouf2025", "bench")
 def alraouf2025_bench(curves: Curves) -> Figure:
-    """The pressure loop of a hung muscle, beside Table 2 and the printed equations.
-
-    Returns:
-        Length [cm] over pressure [kPa] above, distance from the means of Table 2 [cm] below.
-    """
+    """The pressure loop of a hung muscle, beside Table 2 and the printed equations."""
     figure, (loop, off) = new_figure(5.0, 2, sharex=True, height_ratios=(2, 1))
     finish_axes(loop, y=_LENGTH, zero=False)
     finish_axes(off, x=_PRESSURE, y="less Table 2 [cm]")
@@ -195,7 +161,7 @@ def alraouf2025_bench(curves: Curves) -> Figure:
 
 @_drawn("nguyen2024", "order")
 def loops_by_order(curves: Curves) -> Figure:
-    """Nguyen 2024, Figure 3: loops for three orders, force [N] against displacement [mm]."""
+    """Figure 3: loops for three orders."""
     figure, (ax,) = new_figure(3.6)
     finish_axes(ax, x="displacement x [mm]", y="force F [N]")
     _loops(ax, curves["by_order"], "α = ")
@@ -204,11 +170,7 @@ def loops_by_order(curves: Curves) -> Figure:
 
 @_drawn("nguyen2024", "tests")
 def loops_by_test(curves: Curves) -> Figure:
-    """Nguyen 2024, Figures 11 and 12, and what their claims come down to.
-
-    Returns:
-        Four panels: both families of loops, dynamic stiffness and relative width over frequency.
-    """
+    """Figures 11 and 12, and what their claims come down to."""
     figure, (first, second, stiffness, width) = new_figure(6.2, 2, 2)
     for ax, key, title in (
         (first, "by_amplitude", "3.5 Hz, four amplitudes"),
@@ -239,12 +201,7 @@ def _loops(ax: Axes, loops: Mapping[str, Any], prefix: str = "") -> None:
 
 @_drawn("nguyen2024", "bench")
 def nguyen2024_bench(curves: Curves) -> Figure:
-    """The slow stroke on shut-in air, and cycles of the fractional Maxwell element.
-
-    Returns:
-        Four panels: pressure [bar] and force [N] over length [mm], loops [N over mm], lost work
-        [mJ] over frequency [Hz].
-    """
+    """The slow stroke on shut-in air, and cycles of the fractional Maxwell element."""
     figure, (pressure, force, loops, area) = new_figure(6.2, 2, 2)
     own = curves["bench"]
     length = own["stroke"]["length_mm"]
@@ -280,11 +237,7 @@ def _beside(ax: Axes, x: Any, both: Mapping[str, Any], law: str, *, every: int) 
 
 @_drawn("vandamme2008", "plane")
 def plane_and_loop(curves: Curves) -> Figure:
-    """Van Damme 2008, Figures 13 and 11: the plane with its staircase, the loop with its line.
-
-    Returns:
-        Two panels: alpha against beta, and output against input.
-    """
+    """Figures 13 and 11: the plane with its staircase, the loop with its line."""
     figure, (left, right) = new_figure(3.7, columns=2)
     plane, major = curves["plane"], curves["major"]
     levels = plane["levels"]
@@ -313,11 +266,7 @@ def plane_and_loop(curves: Curves) -> Figure:
 
 @_drawn("vandamme2008", "force")
 def force_loops(curves: Curves) -> Figure:
-    """Van Damme 2008, Figures 14 and 15: loops of the force function, and of the force.
-
-    Returns:
-        Three panels over contraction [%]: f_t0 with 40 and with 25 fibres, and the force [N].
-    """
+    """Figures 14 and 15: loops of the force function with 40 and 25 fibres, and of the force."""
     figure, (*panels, force) = new_figure(3.4, columns=3)
     x = curves["contraction_percent"]
     for ax, (fibres, loop), colour in zip(
@@ -341,11 +290,7 @@ def force_loops(curves: Curves) -> Figure:
 
 @_drawn("vandamme2008", "exact")
 def exact_shape(curves: Curves) -> Figure:
-    """Van Damme 2008, Figure 2: the exact force function and the polynomial (2) fitted to it.
-
-    Returns:
-        Force function [-] above, relative difference [%] below, over contraction [%].
-    """
+    """Figure 2: the exact force function and the polynomial (2) fitted to it."""
     figure, (upper, lower) = new_figure(4.6, rows=2, sharex=True, height_ratios=(1.7, 1.0))
     data = curves["exact"]
     x, exact, polynomial = data["contraction_percent"], data["exact"], data["polynomial"]
@@ -365,11 +310,7 @@ def exact_shape(curves: Curves) -> Figure:
 
 @_drawn("vandamme2008", "bench")
 def vandamme2008_bench(curves: Curves) -> Figure:
-    """Tensile loops: Figures 3, 9 and 10.
-
-    Returns:
-        Three panels over contraction [%]: force [N], force function [-], relative error [%].
-    """
+    """Tensile loops: Figures 3, 9 and 10."""
     figure, (forces, function, error) = new_figure(4.0, columns=3)
     own = curves["bench"]
     x, whole = own["contraction_percent"], slice(*own["whole"])
@@ -396,7 +337,7 @@ def vandamme2008_bench(curves: Curves) -> Figure:
 
 @_drawn("sarosi", "laws")
 def force_laws(curves: Curves) -> Figure:
-    """Sarosi, Figures 4 and 6: force [N] over contraction [%] by three laws, on one scale."""
+    """Figures 4 and 6: forces by three laws, on one scale."""
     figure, panels = new_figure(3.7, columns=3, sharey=True)
     laws = (
         ("ideal", "(1) ideal"),
@@ -414,7 +355,7 @@ def force_laws(curves: Curves) -> Figure:
 
 @_drawn("sarosi", "inverse")
 def inverse_law(curves: Curves) -> Figure:
-    """Sarosi (5): the gauge pressure [bar] that gives a wanted force, over contraction [%]."""
+    """The gauge pressure that gives a wanted force, by (5)."""
     figure, (ax,) = new_figure(3.6)
     finish_axes(ax, x="contraction [%]", y="gauge pressure by (5) [bar]")
     _family(ax, curves["contraction_percent"], curves["inverse"])
@@ -434,11 +375,7 @@ def _family(ax: Axes, x: Any, family: Mapping[str, Any], line: str = "-", **look
 
 @_drawn("sarosi", "bench")
 def sarosi_bench(curves: Curves) -> Figure:
-    """Isometric and isotonic curves of the six-parameter law.
-
-    Returns:
-        Two panels: force [N] over contraction [%], and contraction [%] over pressure [bar].
-    """
+    """Isometric and isotonic curves of the six-parameter law."""
     figure, (held, hung) = new_figure(3.8, columns=2)
     own = curves["bench"]
     finish_axes(held, x="contraction [%]", y="force [N]", title="held at a length")

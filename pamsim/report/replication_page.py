@@ -31,15 +31,9 @@ _LEAST_DIGITS = 3  # of a recomputed number, however few digits were printed
 def write_replication(
     result: Mapping[str, Any], curves: Mapping[str, Mapping[str, Any]], out: Path
 ) -> Path:
-    """Write page and figures of a replication; return the page.
+    """Write page and figures of a replication as `write_page` does; return the page.
 
-    Args:
-        result: of schema ``pamsim-replicate/3``, JSON-safe.
-        curves: name of a paper -> what its figures draw; papers left out get no figures.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Raises:
-        InputError: if the result has another schema, or ``out`` is a file.
+    The curves are what a paper's figures draw; papers left out get no figures.
     """
     return write_page(
         out,

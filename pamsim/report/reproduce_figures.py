@@ -22,19 +22,8 @@ from matplotlib.ticker import (
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
 from pamsim.recordings.recording import Recording
 from pamsim.report.replication_figures import DASHED, DOTTED, equation_23
-from pamsim.report.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    say_empty,
-    series_look,
-    styled,
-)
+from pamsim.report.style import FAINT, finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, VERMILION
 
 Row = Mapping[str, Any]
 """One of ``result["rows"]`` of schema ``pamsim-reproduce/1``."""
@@ -92,9 +81,6 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
     """The paper's Figure 9: first- and second-order models beside the simulated response.
 
     All are shares of the simulated end value; a response that does not exist is null.
-
-    Returns:
-        Two panels against time [s]: responses [-], and models minus simulation [-].
     """
     figure, (upper, lower) = new_figure(5.6, rows=2, sharex=True, height_ratios=(1.6, 1.0))
     finish_axes(upper, y="normalised angle [-]")
@@ -119,13 +105,7 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
 
 @styled
 def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
-    """Error of every distinct row, and below it the measured angle that it belongs to.
-
-    The RMS of the errors [deg] is drawn as a band, if there is one.
-
-    Returns:
-        Two panels against the row number: error [deg] and measured magnitude [deg].
-    """
+    """Error of every distinct row, their RMS as a band, and below it the angle it belongs to."""
     figure, (upper, lower) = new_figure(4.4, rows=2, sharex=True, height_ratios=(1.7, 1.0))
     finish_axes(upper, y="error [deg]")
     finish_axes(lower, x="row of Tables 1 and 2", y="measured |β| [deg]", zero=False)
@@ -161,22 +141,14 @@ def _curve(data: Mapping[str, Any], key: str) -> FloatArray | None:
 
 @styled
 def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """The paper's Figure 7: responses of distinct rows to large (1-6) and medium (7-12) steps.
-
-    Returns:
-        Two panels, angle [deg] against time [s].
-    """
+    """The paper's Figure 7: responses of distinct rows to large (1-6) and medium (7-12) steps."""
     large, medium = ([row for row in rows if row["size"] == size] for size in ("large", "medium"))
     return _response_figure({"large steps": large, "medium steps": medium}, recordings)
 
 
 @styled
 def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """The paper's Figure 8: responses of distinct rows to small pressure steps (rows 13-21).
-
-    Returns:
-        Two panels, without and with load, angle [deg] against time [s].
-    """
+    """The paper's Figure 8: responses of distinct rows to small pressure steps (rows 13-21)."""
     free, loaded = (
         [row for row in rows if row["size"] == "small" and bool(row["load_kg"]) is load]
         for load in (False, True)
@@ -263,11 +235,7 @@ def _draw_response(
 
 @styled
 def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """Both muscles' pressures in one large and one small step among distinct rows.
-
-    Returns:
-        Two panels, gauge pressure [kPa] against time [s], with the printed end pressures.
-    """
+    """Both muscles' pressures in one large and one small step, with the printed end pressures."""
     figure, axes = new_figure(3.5, columns=2, sharey=True)
     for ax, size in zip(axes, ("large", "small"), strict=True):
         finish_axes(ax, x="time after the step [s]", title=f"{size} step", zero=False)
@@ -304,16 +272,7 @@ def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -
 def static_models_figure(
     models: Sequence[Mapping[str, Any]], calibration: Mapping[str, Any]
 ) -> Figure:
-    """Errors of every model in sample, at rows held out in turn and at the small steps held out.
-
-    Args:
-        models: each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
-            ``left_out_block_rms_deg``.
-        calibration: with ``best_torque_laws`` and ``nested_leave_one_out``.
-
-    Returns:
-        One panel: a line per model against RMS error [deg], logarithmic.
-    """
+    """Errors of every model in sample, at rows held out in turn and at the small steps held out."""
     ordered = sorted(models, key=lambda model: not model["accepted"])
     names = ["\n".join(textwrap.wrap(model["name"], _LABEL)) for model in ordered]
     lines = sum(name.count("\n") + 1 for name in names)

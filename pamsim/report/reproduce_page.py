@@ -32,15 +32,9 @@ _LOWERED = str.maketrans("12", "₁₂")
 def write_reproduction(
     result: Mapping[str, Any], recordings: Mapping[int, Recording], out: Path
 ) -> Path:
-    """Write page, figures and table of a reproduction; return the page.
+    """Write page, figures and table of a reproduction as `write_page` does; return the page.
 
-    Args:
-        result: of schema ``pamsim-reproduce/1``: JSON-safe, angles [deg], pressures [kPa].
-        recordings: by row number, of the distinct rows.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Raises:
-        InputError: if the result has another schema, or ``out`` is a file.
+    The recordings are those of the distinct rows, by their numbers.
     """
     distinct = [row for row in result.get("rows", ()) if row["repeats"] is None]
 

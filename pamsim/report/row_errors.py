@@ -10,17 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pamsim.report.numbers import fixed, words
-from pamsim.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    RULE,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    styled,
-)
+from pamsim.report.style import RULE, finish_axes, new_figure, styled
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, VERMILION
 
 _FAR = 1.5  # of the root mean square: rows beyond it are named
 _BAR = 22.0  # width [kPa]

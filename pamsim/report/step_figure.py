@@ -17,7 +17,8 @@ from pamsim.recordings.signals import JOINT_KINDS, kind_of, muscle_channels
 from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
-from pamsim.report.style import INK, MUTED, finish_axes, new_figure, series_look, styled
+from pamsim.report.style import finish_axes, new_figure, series_look, styled
+from pamsim.scene.series_colours import INK, MUTED
 
 SCHEMA = "pamsim-step/1"
 
@@ -26,13 +27,7 @@ Signals = Mapping[str, FloatArray]
 
 
 def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Path:
-    """Write page and figure of a step response as `write_page` does; return the page.
-
-    Args:
-        result: of schema ``pamsim-step/1``.
-        recording: the response.
-        out: folder.
-    """
+    """Write page and figure of a step response as `write_page` does; return the page."""
     joints = result.get("joints") or {"angle": result}
     facts = [_fact(name, joint) for name, joint in joints.items()]
     pressures, tensions = (
@@ -89,11 +84,7 @@ def plot_joints(
 ) -> list[Line2D]:
     """Plot the joints of a run over time; return their lines.
 
-    Args:
-        ax: the axes.
-        run: simulated or measured.
-        signals: channel -> (n,) [SI], measured or simulated.
-        muscles: their names; none where channels have numbers.
+    There are no names of muscles where channels have numbers.
     """
     lines: list[Line2D] = []
     channels = [channel for channel in signals if kind_of(channel) in JOINT_KINDS]

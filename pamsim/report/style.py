@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import matplotlib.style
 from matplotlib.axes import Axes
@@ -16,9 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, ScalarFormatter
 
 from pamsim.core.files import complete_file
-from pamsim.scene.series_colours import INK, SERIES
+from pamsim.scene.series_colours import INK, MUTED, SERIES
 
-BLUE, GREEN, VERMILION, PURPLE, MUTED = SERIES
 RULE = "#d5dae0"
 FAINT = "#f1f3f5"
 
@@ -67,8 +66,6 @@ _UNSTATED: dict[str, dict[str, Any]] = {
 }
 """Left out of a file, which then does not change with the day or with matplotlib's version."""
 
-_VECTORS = (".svg", ".pdf")
-
 _NUMBERS = (ScalarFormatter, LogFormatter)
 
 _settings = threading.RLock()
@@ -106,10 +103,7 @@ def new_figure(
     columns: int = 1,
     *,
     width_in: float = WIDTH_IN,
-    sharex: bool | Literal["none", "all", "row", "col"] = False,
-    sharey: bool | Literal["none", "all", "row", "col"] = False,
-    height_ratios: tuple[float, ...] | None = None,
-    width_ratios: tuple[float, ...] | None = None,
+    **grid: Any,
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure with its own canvas, unknown to pyplot, and its axes row by row.
 
@@ -118,16 +112,7 @@ def new_figure(
     """
     figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    grid = figure.subplots(
-        rows,
-        columns,
-        sharex=sharex,
-        sharey=sharey,
-        squeeze=False,
-        height_ratios=height_ratios,
-        width_ratios=width_ratios,
-    )
-    return figure, list(grid.flat)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **grid).flat)
 
 
 def finish_axes(ax: Axes, *, x: str = "", y: str = "", title: str = "", zero: bool = True) -> None:
@@ -157,11 +142,7 @@ def say_empty(ax: Axes, text: str) -> None:
 def save_png(figure: Figure, path: Path) -> tuple[int, int]:
     """Write a figure of `new_figure` as PNG, the same bytes for the same data.
 
-    Returns:
-        Width and height at which a page should show it [CSS pixel].
-
-    Raises:
-        InputError: if the place cannot be written.
+    Width and height at which a page should show it are returned [CSS pixel].
     """
     _save(figure, path)
     width, height = figure.canvas.get_width_height()
@@ -169,12 +150,8 @@ def save_png(figure: Figure, path: Path) -> tuple[int, int]:
 
 
 def save_vectors(figure: Figure, path: Path) -> None:
-    """Write a figure beside its PNG as SVG and PDF, for papers; the same bytes for the same data.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
-    for suffix in _VECTORS:
+    """Write a figure beside its PNG as SVG and PDF, the same bytes for the same data."""
+    for suffix in (".svg", ".pdf"):
         _save(figure, path.with_suffix(suffix))
 
 
@@ -185,12 +162,11 @@ def _save(figure: Figure, path: Path) -> None:
 
 
 def readable_panels(figure: Figure) -> list[list[dict[str, Any]]]:
-    """The panels of a drawn figure where a place can be read as two numbers.
+    """The panels of a drawn figure where a place can be read as two numbers, each with its axes.
 
-    Returns:
-        Per panel its two axes: ``from`` and ``to`` as shares of the figure, from the lower left;
-        ``low`` and ``high``, the values there; ``log``; ``label``. Panels with names or colours
-        along an axis, or a scale that is neither linear nor logarithmic, are left out.
+    An axis goes ``from`` one share of the figure ``to`` another, from the lower left, and there
+    from the value ``low`` to ``high``. Panels with names or colours along an axis, or a scale that
+    is neither linear nor logarithmic, are left out.
     """
     panels: list[list[dict[str, Any]]] = []
     for ax in figure.axes:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from pamsim.core.units import FloatArray
 from pamsim.report.numbers import fixed, plain, significant, unit
 from pamsim.report.page import write_page
-from pamsim.report.style import INK, finish_axes, new_figure, say_empty, styled
+from pamsim.report.style import finish_axes, new_figure, say_empty, styled
+from pamsim.scene.series_colours import INK
 from pamsim.sweeps.job import RIG
 from pamsim.sweeps.result import SCHEMA, SweepResult
 

@@ -15,18 +15,8 @@ from matplotlib.patches import Patch
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.recordings.signals import JOINT_KINDS, KINDS, kind_of, owner_of
 from pamsim.report.numbers import unit, words
-from pamsim.report.style import (
-    BLUE,
-    INK,
-    MUTED,
-    RULE,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    say_empty,
-    series_look,
-    styled,
-)
+from pamsim.report.style import RULE, finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.scene.series_colours import BLUE, INK, MUTED, VERMILION
 
 _MOST_SHOWN, _MOST_WORST = 5, 3  # trials
 _MOST_POINTS, _FEW_POINTS = 1600, 400  # drawn of a signal; more only make the file larger

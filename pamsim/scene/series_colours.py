@@ -7,6 +7,7 @@ SERIES = ("#0072B2", "#009E73", "#D55E00", "#AA4499", "#5c6670")
 
 They stay apart under the common colour-vision deficiencies and in grey print.
 """
+BLUE, GREEN, VERMILION, PURPLE, MUTED = SERIES
 INK = "#1d232a"
 
 Rgb = tuple[float, float, float]

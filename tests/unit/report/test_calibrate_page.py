@@ -16,8 +16,9 @@ from pamsim.report.calibrate_page import (
     write_calibration,
 )
 from pamsim.report.row_errors import rest_errors
-from pamsim.report.style import BLUE, VERMILION, series_look
+from pamsim.report.style import series_look
 from pamsim.report.trial_signals import shown_trials, trial_signals
+from pamsim.scene.series_colours import BLUE, VERMILION
 
 TIME = np.linspace(0.0, 1.0, 50)
 

@@ -12,8 +12,8 @@ import pytest
 from pamsim.report.link_page import headline, link_bars, write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.row_errors import loop_branches, row_errors
-from pamsim.report.style import BLUE, VERMILION
 from pamsim.report.trial_signals import trial_channels, worst_trials
+from pamsim.scene.series_colours import BLUE, VERMILION
 from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
 
 

@@ -21,7 +21,7 @@ from pamsim.report.numbers import (
     words,
 )
 from pamsim.report.page import page_template, write_page
-from pamsim.report.style import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
 from tests.unit.core.refusals import refused
 
 WRITTEN = (

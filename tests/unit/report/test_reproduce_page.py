@@ -24,7 +24,8 @@ from pamsim.report.reproduce_page import (
     verdict_sentence,
     write_reproduction,
 )
-from pamsim.report.style import BLUE, CSS_PER_PIXEL, GREEN, VERMILION, new_figure, save_png
+from pamsim.report.style import CSS_PER_PIXEL, new_figure, save_png
+from pamsim.scene.series_colours import BLUE, GREEN, VERMILION
 from tests.unit.report.page_laws import Page
 
 FIGURES = ("figure_6_static", "figure_7_large_medium", "figure_8_small", "figure_9_models",
