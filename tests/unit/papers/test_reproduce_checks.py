@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
-from pamsim.papers.printed_steps import Row, rms_error_deg
+from pamsim.papers.printed_steps import rms_error_deg
 from pamsim.papers.reproduce_checks import (
     MODEL_LIMIT,
     RESPONSE_LIMIT,
@@ -18,48 +18,14 @@ from pamsim.papers.reproduce_checks import (
     checks,
 )
 from pamsim.papers.torque_law import best_torque_laws
-from pamsim.recordings.printed import mas20_models, mas20_steps
-from pamsim.recordings.recording import Outcome, Recording
-from pamsim.recordings.step_metrics import step_metrics
-from tests.unit.identification.planted import second_order_step
+from pamsim.recordings.printed import mas20_steps
+from tests.unit.papers.made_up_rows import INCREMENT, PRINTED, STEP, SWING, TIME, course, row
 
-PRINTED = mas20_models()
-TIME = np.arange(3001) / 500.0
-STEP = second_order_step(TIME, PRINTED["g2"]["T1_s"], PRINTED["g2"]["T2_s"])
-SWING = 0.5 * np.exp(-1.5 * TIME) * np.sin(10.0 * TIME)
-INCREMENT = 2.0 * np.pi / 2500.0
 SIDES = (-1.0, 1.0)
 
 
 def bump(at):
     return np.exp(-(((TIME - at) / 0.1) ** 2))
-
-
-def recording(angle):
-    both = np.zeros((TIME.size, 2))
-    return Recording(
-        time=TIME, joints={"shaft": "angle"}, positions=angle[:, None],
-        velocities=np.zeros((TIME.size, 1)), pressure=both, tension=both,
-        command=both, drive="pressure_set", load=0.0, muscles=("muscle_1", "muscle_2"),
-        outcome=Outcome.COMPLETED, message="completed", final_state=np.zeros(1),
-    )  # fmt: skip
-
-
-def row(step, angle):
-    return Row(
-        step=step,
-        start=(0.0, 0.0),
-        recording=recording(angle),
-        metrics=step_metrics(TIME, angle),
-        increment=INCREMENT,
-    )
-
-
-def course(step, error=0.0):
-    """As the paper says: small steps with load swing, all others rise to the printed angle."""
-    swings = step.size == "small" and step.load > 0.0
-    shape = STEP / STEP[-1] + (SWING if swings else 0.0)
-    return (step.angle + error) * shape
 
 
 def with_errors(deg):
