@@ -13,7 +13,6 @@ from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.core.units import to_si
 from pamsim.report.numbers import digits, fixed, interval, sentence, significant, unit, words
 from pamsim.report.page import write_page
-from pamsim.report.row_errors import rest_errors
 from pamsim.report.style import RULE, finish_axes, new_figure, styled
 from pamsim.report.trial_signals import shown_trials, trial_signals
 from pamsim.scene.series_colours import BLUE, INK, MUTED, VERMILION
@@ -144,6 +143,32 @@ def correlations(
                         color=INK if pale else "white",
                     )  # fmt: skip
     figure.colorbar(image, ax=ax, shrink=0.8, label="correlation")
+    return figure
+
+
+@styled
+def rest_errors(tables: Sequence[Mapping[str, Any]]) -> Figure:
+    """Simulated minus measured angle of every row of the tables that were calibrated to."""
+    figure, axes = new_figure(0.4 + 2.6 * len(tables), rows=len(tables))
+    for ax, table in zip(axes, tables, strict=True):
+        rows = table["rows"]
+        at = np.arange(len(rows))
+        measured = np.array([row["measured_deg"] for row in rows])
+        for state, colour, marker, fill in (
+            ("before", VERMILION, "o", "none"),
+            ("after", BLUE, "D", BLUE),
+        ):
+            error = np.array([row[f"{state}_deg"] for row in rows], dtype=float) - measured
+            if np.all(np.isfinite(error)):
+                label = f"{state}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS"
+                look = {"color": colour, "markerfacecolor": fill, "markersize": 4.5}
+                ax.plot(at, error, marker, label=label, **look)
+        ax.set_xticks(at, [row["row"].split(" ")[-1] for row in rows])
+        title = f"{table['trial']}{', held out' if table['held_out'] else ''}"
+        what = f"{rows[0]['row'].split(' ')[0]} of the table"
+        finish_axes(ax, x=what, y="simulated − measured [deg]", title=title)
+        ax.legend(loc="best")
+        ax.axhline(0.0, color=INK, linewidth=0.7)
     return figure
 
 

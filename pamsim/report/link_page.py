@@ -10,20 +10,22 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.links import in_links
+from pamsim.core.units import common_unit, to_si
+from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.inference.model_comparison import DRAWN
 from pamsim.inference.permutation import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page
-from pamsim.report.row_errors import loop_branches, row_errors
-from pamsim.report.style import finish_axes, new_figure, styled
+from pamsim.report.style import RULE, finish_axes, new_figure, styled
 from pamsim.report.trial_signals import trial_channels, worst_trials
-from pamsim.scene.series_colours import BLUE, GREEN, INK, VERMILION
+from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, VERMILION
 
 SCHEMA = "pamsim-diagnosis/3"
 
@@ -60,6 +62,10 @@ _BAR = 0.36  # thickness; links are 1 apart
 _CURVE_IN = 2.4  # height of a curve's axes
 _ROOM = 0.4  # above and below a learned curve, as a share of its height
 _BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
+_FAR = 1.5  # of the root mean square: rows beyond it are named
+_PRESSURE_BAR = 22.0  # width [kPa]
+_DASHED = (0, (4, 3))
+_CONDITION_UNITS = {"Pa": "bar", "rad": "rad"}  # as in the documentation of the tests
 
 
 def write_link_diagnosis(
@@ -93,6 +99,7 @@ def write_link_diagnosis(
         least=_least_p_value(result),
         in_links=in_links,
         grouped=_grouped,
+        physical_words=physical_words,
     )
 
 
@@ -181,6 +188,75 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 @styled
+def row_errors(result: Mapping[str, Any]) -> Figure:
+    """Errors of rows over the pressure that all muscles share, before and after a diagnosis."""
+    states = [("before_deg", VERMILION, "rig, nuisance parameters refitted")]
+    if result["effects"]:
+        states.append(("after_deg", BLUE, "with the effects that were found"))
+    figure, axes = new_figure(2.2 * len(states), rows=len(states), sharey=True)
+    for ax, state in zip(axes, states, strict=True):
+        _rows(ax, result["rows"], *state)
+    axes[-1].set_xlabel("lower pressure of the row [kPa]")
+    return figure
+
+
+@styled
+def loop_branches(result: Mapping[str, Any]) -> Figure:
+    """The loop that was diagnosed, and the difference of its branches with what was found."""
+    figure, (loop, apart) = new_figure(5.6, rows=2, sharex=True, height_ratios=(1.25, 1.0))
+    branches = result["branches"]
+    pressure, opened, error = (branches[key] for key in ("pressure_kpa", "opened_mm", "error_mm"))
+    rising, falling = (np.array(branches[f"{word}_mm"]) for word in ("rising", "falling"))
+    middle = 0.5 * (rising + falling)
+    base = {"color": MUTED, "linestyle": _DASHED, "label": "reversible curve"}
+    loop.plot(pressure, middle, **base)
+    shown: list[Any] = [
+        apart.bar(
+            pressure, rising - falling, width=_PRESSURE_BAR, color=RULE, zorder=2, yerr=error,
+            error_kw={"ecolor": INK, "elinewidth": 0.9, "capsize": 2.5},
+            label="readings" if error is None else "readings ± standard error",
+        ),
+        apart.axhline(0.0, zorder=3, **base),
+    ]  # fmt: skip
+    sides = (("rising", rising, 0.5, BLUE, "^"), ("falling", falling, -0.5, VERMILION, "v"))
+    for word, read, half, colour, marker in sides:
+        loop.plot(pressure, read, marker, color=colour, markersize=5, label=f"readings, {word}")
+        if opened is not None:
+            loop.plot(pressure, middle + half * np.array(opened), color=colour, linewidth=1.1)
+    if opened is not None:
+        name = " + ".join(words(one["effect"]) for one in result["effects"])
+        loop.plot([], [], color=INK, linewidth=1.1, label=name)
+        shown += apart.plot(
+            pressure, opened, "D-", color=GREEN, markersize=4, linewidth=1.1, label=name
+        )
+    finish_axes(loop, y="length [mm]", zero=False)
+    loop.legend(loc="upper right")
+    finish_axes(
+        apart, x="gauge pressure [kPa]", y="rising − falling [mm]",
+        title="difference of the branches", zero=False,
+    )  # fmt: skip
+    apart.use_sticky_edges = False  # or the line at zero would lie on the frame
+    apart.margins(y=0.06)
+    apart.legend(handles=shown, loc="upper right")
+    return figure
+
+
+def _rows(ax: Axes, rows: list[Mapping[str, Any]], key: str, colour: str, title: str) -> None:
+    common = np.array([min(row["pressure_kpa"]) for row in rows])
+    off = np.array([row[key] for row in rows])
+    ax.plot(common, off, "o", color=colour, markersize=4.5, zorder=3)
+    rms = float(np.sqrt(np.mean(off**2)))
+    # Rows without common pressure lie on one another; names of neighbours go up and down in turn.
+    far = np.flatnonzero((np.abs(off) > _FAR * rms) & (common > 0.0))
+    for turn, i in enumerate(far[np.argsort(common[far], kind="stable")]):
+        ax.annotate(
+            rows[i]["row"], (common[i], off[i]), xytext=(5, 2), textcoords="offset points",
+            fontsize=8, color=MUTED, va="top" if turn % 2 else "bottom",
+        )  # fmt: skip
+    finish_axes(ax, y="simulated − measured [deg]", title=f"{title}: {fixed(rms, 2)} deg RMS")
+
+
+@styled
 def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
     """Held-out misfit of every link over its noise, from the command down.
 
@@ -222,6 +298,44 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
     ax.plot([], [], color=INK, linewidth=1.2, label="noise")
     figure.legend(loc="outside upper right", ncols=3)
     return figure
+
+
+def physical_words(
+    physical: Mapping[str, Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]
+) -> str:
+    """Write the size of an effect of a diagnosis, by quantity.
+
+    Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J (test:
+    pressure 2.50 bar, contraction amplitude 1.50 %)``; empty without a size. What the effect cannot
+    change is left out, and so is a quantity that is one of its parameters or named before.
+    """
+    sizes: list[str] = []
+    written = [(p["value_si"], p["unit_si"], list(p["interval95_si"])) for p in parameters.values()]
+    conditions: dict[str, str] = {}
+    for name, entry in physical.items():
+        plain = name.rpartition(".")[2] if name.rpartition(".")[2] in CONDITIONS else name
+        if plain in CONDITIONS:
+            shown = _CONDITION_UNITS.get(entry["unit"], common_unit(entry["unit"]))
+            value = to_si(entry["value"], entry["unit"], shown, where=name)
+            conditions[words(plain).removeprefix("at ")] = quantity(value, shown, 2)
+            continue
+        ends = entry["interval95"]
+        same = entry["value"], entry["unit"], ends and list(ends)
+        if same not in written and (ends is None or ends[0] != ends[1]):
+            written.append(same)
+            sizes.append(_sized(name, *same))
+    tested = ", ".join(f"{name} {value}" for name, value in conditions.items())
+    return "; ".join(sizes) + (f" (test: {tested})" if tested and sizes else "")
+
+
+def _sized(name: str, value: float, si_unit: str, ends: Sequence[float] | None) -> str:
+    shown = common_unit(si_unit)
+    numbers = [to_si(number, si_unit, shown, where=name) for number in (value, *(ends or ()))]
+    shared = digits(numbers[0], numbers[1:])
+    text = f"{words(name.replace('.', ': '))} {significant(numbers[0], shared)}"
+    if ends is not None:
+        text += f" [{', '.join(significant(end, shared) for end in numbers[1:])}]"
+    return f"{text} {unit(shown)}".rstrip()
 
 
 def headline(result: Mapping[str, Any]) -> str:

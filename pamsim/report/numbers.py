@@ -162,18 +162,6 @@ def _pretty(text: str) -> str:
     return f"{mantissa}×10{str(int(exponent)).translate(_RAISED)}"
 
 
-FILTERS = (
-    fixed,
-    significant,
-    plain,
-    interval,
-    digits,
-    quantity,
-    percent,
-    p_value,
-    p_is,
-    unit,
-    words,
-    sentence,
-)
+FILTERS = (fixed, significant, plain, interval, digits, quantity, percent, p_value, p_is, unit,
+           words, sentence)  # fmt: skip
 """What templates may write numbers with."""

@@ -2,7 +2,7 @@
 
 A template is given the result itself and writes its numbers with filters, so that no code between
 result and page repeats the result's fields. The filters are the functions of
-`pamsim.report.numbers` and `pamsim.report.physical_words`::
+`pamsim.report.numbers`::
 
     {{ row.after | significant(3) }}             0.0123
     {{ result.seconds | fixed(1) }}              12.3
@@ -15,7 +15,6 @@ result and page repeats the result's fields. The filters are the functions of
     {{ effect.p_value | p_is(least) }}           p ≤ 0.00098
     {{ effect.name | words }}                    coulomb friction
     {{ result.reason | sentence }}               No parameter at a limit.
-    {{ one.physical | physical_words(sizes) }}   breakaway torque 0.120 [0.110, 0.130] N·m
 
 What is missing (None) is written as a dash, a missing interval as nothing:
 ``{{ p.interval95 | interval(4) or "no interval" }}``.
@@ -37,7 +36,6 @@ from PIL import Image
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file, refuse_file
 from pamsim.report.numbers import FILTERS
-from pamsim.report.physical_words import physical_words
 from pamsim.report.style import readable_panels, save_png, save_vectors
 
 
@@ -84,7 +82,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update({one.__name__: one for one in (*FILTERS, physical_words)})
+    environment.filters.update({one.__name__: one for one in FILTERS})
     return environment
 
 

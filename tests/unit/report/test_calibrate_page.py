@@ -13,9 +13,9 @@ from pamsim.report.calibrate_page import (
     headline,
     parameter_ranges,
     profile_curves,
+    rest_errors,
     write_calibration,
 )
-from pamsim.report.row_errors import rest_errors
 from pamsim.report.style import series_look
 from pamsim.report.trial_signals import shown_trials, trial_signals
 from pamsim.scene.series_colours import BLUE, VERMILION

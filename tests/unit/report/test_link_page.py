@@ -9,9 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.report.link_page import headline, link_bars, write_link_diagnosis
+from pamsim.report.link_page import (
+    headline,
+    link_bars,
+    loop_branches,
+    row_errors,
+    write_link_diagnosis,
+)
 from pamsim.report.numbers import unit
-from pamsim.report.row_errors import loop_branches, row_errors
 from pamsim.report.trial_signals import trial_channels, worst_trials
 from pamsim.scene.series_colours import BLUE, VERMILION
 from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
