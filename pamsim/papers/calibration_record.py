@@ -129,11 +129,6 @@ def _check(model: Mapping[str, Any], rows: int) -> None:
         raise ValueError(f"{model['name']}: jacobian_deg is not {rows} rows of {free} numbers")
 
 
-def identified_parameters(file: RigFile) -> list[dict[str, Any]]:
-    """The rig's identified numbers, see `stated_parameters`."""
-    return [entry for entry in stated_parameters(file) if entry["source"].startswith("identified")]
-
-
 def stated_parameters(file: RigFile) -> list[dict[str, Any]]:
     """Every number of a rig as written: name, value, unit, source, 95 % interval and note."""
     own = [(f"{muscle}:", groups) for muscle, groups in file.overrides.items()]

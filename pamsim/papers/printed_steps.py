@@ -61,11 +61,8 @@ def find_start(name: str) -> Start:
 
 def start_pressures(step: PrintedStep, start: Start) -> tuple[float, float]:
     """Gauge pressures before a printed step [Pa], under an assumption."""
-    if start.name == "vent":
-        rest = max(step.pressure)
-    elif start.name == "fill":
-        rest = min(step.pressure)
-    else:
+    rest = {"vent": max(step.pressure), "fill": min(step.pressure)}.get(start.name)
+    if rest is None:
         rest = max(max(row.pressure) for row in mas20_steps())
     return rest, rest
 

@@ -20,7 +20,6 @@ from pamsim.identification.step_response import StepIdentification, identify_ste
 from pamsim.papers.calibration_record import (
     CalibrationRecord,
     calibration_record,
-    identified_parameters,
     stated_parameters,
 )
 from pamsim.papers.matiskova2021.statics import static_characteristic
@@ -163,7 +162,7 @@ class Reproduction:
     def _calibration(self) -> dict[str, Any] | None:
         if self.record is None:
             return None
-        used = self.record.used
+        used, stated = self.record.used, stated_parameters(self.rig.file)
         return {
             "applies": self.held_out is not None,
             "rms_deg": self.rms_deg,
@@ -174,7 +173,7 @@ class Reproduction:
             "best_torque_laws": best_torque_laws(),
             "recorded_rms_deg": used["rms_deg"],
             "model": used["name"],
-            "parameters": identified_parameters(self.rig.file),
+            "parameters": [one for one in stated if one["source"].startswith("identified")],
             "command": self.record.command,
         }
 

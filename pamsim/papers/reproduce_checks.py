@@ -150,22 +150,22 @@ def _held_out_checks(record: CalibrationRecord, rows: tuple[Row, ...]) -> tuple[
             f" the rig was changed since then; run {record.command} again"
         )
         return (Check("leave_one_out", False, stale),)
-    nested, small, best = record.nested.rms_deg, record.small_steps_rms_deg, best_torque_laws()
+    nested, small = record.nested.rms_deg, record.small_steps_rms_deg
+    rows_limit, small_limit = best_torque_laws().values()
     return (
         Check(
             "leave_one_out",
-            nested <= best.left_out_rms_deg,
+            nested <= rows_limit,
             f"rows held out in turn are predicted with {nested:.2f} deg RMS if the form of"
             f" the model is chosen without them, too, among {len(record.static_models)};"
-            f" {held_out:.2f} deg for the form used (limit {best.left_out_rms_deg:.2f} deg, the"
+            f" {held_out:.2f} deg for the form used (limit {rows_limit:.2f} deg, the"
             f" best torque law without a muscle; recorded by {record.command})",
         ),
         Check(
             "small_steps",
-            small <= best.small_steps_rms_deg,
+            small <= small_limit,
             f"fitted without the small steps, the model predicts them with {small:.2f} deg"
-            f" RMS (limit {best.small_steps_rms_deg:.2f} deg, the best torque law without a"
-            " muscle)",
+            f" RMS (limit {small_limit:.2f} deg, the best torque law without a muscle)",
         ),
     )
 

@@ -36,7 +36,6 @@ class TorqueLaw:
         left_out_rms_deg: of each angle predicted from all rest [deg].
         small_steps_rms_deg: of the small steps by the law of the other rows [deg]; NaN if these do
             not determine a law in which the angle rises with the pressure difference.
-        residual_deg: row number -> fitted minus measured angle [deg].
     """
 
     coefficients: dict[str, float]
@@ -44,7 +43,6 @@ class TorqueLaw:
     rms_deg: float
     left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
     small_steps_rms_deg: float
-    residual_deg: dict[int, float] = field(metadata=NOT_IN_JSON)
 
 
 @functools.cache
@@ -62,20 +60,15 @@ def torque_laws() -> tuple[TorqueLaw, ...]:
     return tuple(printed_rows_law(*extra) for extra in EXTRA_TERMS)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BestTorqueLaws:
-    """What a model of the muscles must reach: the least held-out errors of `torque_laws`."""
+def best_torque_laws() -> dict[str, float]:
+    """What a model of the muscles must reach: the least held-out errors of `torque_laws`.
 
-    left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
-    small_steps_rms_deg: float
-
-
-def best_torque_laws() -> BestTorqueLaws:
-    """The least errors; each may be that of another law."""
+    Each may be that of another law.
+    """
     laws = torque_laws()
     small = [law.small_steps_rms_deg for law in laws if math.isfinite(law.small_steps_rms_deg)]
     least = min(law.left_out_rms_deg for law in laws)
-    return BestTorqueLaws(left_out_rms_deg=least, small_steps_rms_deg=min(small))
+    return {"leave_one_out_rms_deg": least, "small_steps_rms_deg": min(small)}
 
 
 def fit_torque_law(steps: Sequence[PrintedStep], extra: tuple[str, ...] = ()) -> TorqueLaw:
@@ -101,15 +94,13 @@ def fit_torque_law(steps: Sequence[PrintedStep], extra: tuple[str, ...] = ()) ->
         return misfit(unseen, *law)
 
     values, half = fit(steps, np.array([_START[name] for name in names]))
-    residual = misfit(steps, *values)
     small = [step for step in steps if step.size == "small"]
     return TorqueLaw(
         coefficients=dict(zip(names, map(float, values), strict=True)),
         half_interval=dict(zip(names, map(float, half), strict=True)),
-        rms_deg=rms(residual),
+        rms_deg=rms(misfit(steps, *values)),
         left_out_rms_deg=rms([left_out(step)[0] for step in steps]),
         small_steps_rms_deg=rms(left_out(*small)),
-        residual_deg={step.row: float(r) for step, r in zip(steps, residual, strict=True)},
     )
 
 

@@ -84,14 +84,6 @@ def _with_force(force: ForceParameters, length: float) -> Muscle:
     )
 
 
-def published_muscle(length: float) -> Muscle:
-    """The rig's braid with the published force map of a DMSP-20-200 as printed and nothing else.
-
-    It is mounted at a length [m], that at the reference point.
-    """
-    return _with_force(PUBLISHED["DMSP-20-200"], length)
-
-
 def sprocket_radius() -> float:
     """Radius of the rig's sprocket [m]; assumed, the paper prints none."""
     return _file().native["tendon.chain_1.coef"].si("m")
@@ -148,10 +140,10 @@ def _rest_length() -> Recomputed:
 def mounted(length: float) -> tuple[float, float]:
     """RMS miss [rad] of the distinct rows by published muscles mounted at a length [m].
 
-    Travel does not depend on the radius of the sprocket, so the best radius, which is the second
-    number [m], is one least squares.
+    They have the rig's braid and the force map of a DMSP-20-200. Travel does not depend on the
+    radius of the sprocket, so the best radius [m], the second number, is one least squares.
     """
-    muscle, steps = published_muscle(length), distinct_steps()
+    muscle, steps = _with_force(PUBLISHED["DMSP-20-200"], length), distinct_steps()
     travel = np.array([rest_travel(muscle, step.pressure) for step in steps])
     angle = np.array([step.angle for step in steps])
     per_travel = float(travel @ angle / (travel @ travel))

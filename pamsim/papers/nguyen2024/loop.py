@@ -59,16 +59,6 @@ def complex_stiffness(
     return stiffness * z / (1.0 + z)
 
 
-def fractional_derivative_weights(order: float, count: int) -> FloatArray:
-    """Weights of the L1 scheme for D^alpha [-]: b_j = (j + 1)^(1 - alpha) - j^(1 - alpha).
-
-    D^alpha y(t_n) is the sum of b_j (y_(n-j) - y_(n-j-1)) over h^alpha Gamma(2 - alpha), with an
-    error of order h^(2 - alpha) for smooth y (Oldham and Spanier 1974; Lin and Xu 2007).
-    """
-    j = np.arange(count + 1, dtype=np.float64)
-    return np.diff(j ** (1.0 - order))
-
-
 def simulate_fractional(
     x: FloatArray, step: float, order: float, time_constant: float, stiffness: float
 ) -> FloatArray:
@@ -76,8 +66,12 @@ def simulate_fractional(
 
     With q = x - F/K_e the equation reads beta^alpha D^alpha q = F/K_e, which the L1 scheme solves
     step by step [s] for the newest q. The displacement x (n,) [m] is from rest, x_0 = 0.
+
+    By the L1 scheme D^alpha y(t_n) is the sum of b_j (y_(n-j) - y_(n-j-1)) over h^alpha Gamma(2 -
+    alpha) with b_j = (j + 1)^(1 - alpha) - j^(1 - alpha), and an error of order h^(2 - alpha) for
+    smooth y (Oldham and Spanier 1974; Lin and Xu 2007).
     """
-    weights = fractional_derivative_weights(order, len(x))
+    weights = np.diff(np.arange(len(x) + 1.0) ** (1.0 - order))
     scale = (time_constant / step) ** order / math.gamma(2.0 - order)
     q = np.zeros(len(x))
     increments = np.zeros(len(x))

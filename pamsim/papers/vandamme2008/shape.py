@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.core.errors import ParameterError
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.numerics import PrintedNumbers, propagated_each, root
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.pleated import (
-    FIT_RANGE,
     SLENDERNESS_6,
     Pleated,
     pleated_function,
@@ -23,6 +21,7 @@ from pamsim.physics.force_laws.pleated import (
 )
 
 PERCENT = 1e-2
+_NODES = 400
 
 PRINTED = PrintedNumbers("vandamme2008")
 value, values, digits = PRINTED.value, PRINTED.values, PRINTED.digits
@@ -54,49 +53,30 @@ def exact(contraction: FloatArray, slenderness: float) -> FloatArray:
     return np.array([pleated_shape_function(eps, slenderness) for eps in contraction.tolist()])
 
 
-def fit_pleated(
-    slenderness: float, contractions: tuple[float, float] = FIT_RANGE, points: int = 400
-) -> Pleated:
-    """Fit (2) to the exact f_t0 with the least squares of the relative error.
-
-    The points are Chebyshev nodes, which keep the error at the ends of the range as small as
-    inside it.
-
-    Args:
-        slenderness: l0/R [-].
-        contractions: range of the fit, inside the range in which the muscle pulls [-].
-        points: number of nodes.
-
-    Raises:
-        ParameterError: if the muscle does not pull in the whole range.
-    """
-    low, high = contractions
-    angles = (np.arange(points) + 0.5) * np.pi / points
-    nodes = low + 0.5 * (high - low) * (1.0 - np.cos(angles))
-    wanted = exact(nodes, slenderness)
-    if not np.all(wanted > 0.0):  # also where it is NaN
-        raise ParameterError(
-            f"a pleated muscle of slenderness {slenderness:g} does not pull between contractions"
-            f" {low:g} and {high:g}; give a range inside"
-            f" (0, {pleated_max_contraction(slenderness):.4g})"
-        )
-    terms = np.stack([1.0 / nodes, nodes**0, nodes, nodes**2, nodes**3], axis=1)
-    solution = np.linalg.lstsq(terms / wanted[:, None], np.ones(points), rcond=None)[0]
-    f0, f1, f2, f3, f4 = (float(each) for each in solution)
-    return Pleated(f0=f0, f1=f1, f2=f2, f3=f3, f4=f4)
-
-
-def worst_relative_error(
-    law: Pleated, slenderness: float, contractions: tuple[float, float] = FIT_RANGE
-) -> float:
-    """Largest |approximate / exact - 1| of f_t0 [-] over a range of contractions [-]."""
-    eps = np.linspace(*contractions, 301)
-    return float(np.max(np.abs(polynomial(eps, law) / exact(eps, slenderness) - 1.0)))
-
-
 def _span() -> tuple[float, float]:
     """Contractions in which (2) is used [-]."""
     return value("valid_from") * PERCENT, largest()
+
+
+def fit_pleated(slenderness: float) -> Pleated:
+    """Fit (2) to the exact f_t0 of a slenderness l0/R [-], least squares of the relative error.
+
+    The points are Chebyshev nodes, which keep the error at the ends of the range as small as
+    inside it.
+    """
+    low, high = _span()
+    angles = (np.arange(_NODES) + 0.5) * np.pi / _NODES
+    nodes = low + 0.5 * (high - low) * (1.0 - np.cos(angles))
+    terms = np.stack([1.0 / nodes, nodes**0, nodes, nodes**2, nodes**3], axis=1)
+    wanted = exact(nodes, slenderness)[:, None]
+    f0, f1, f2, f3, f4 = np.linalg.lstsq(terms / wanted, np.ones(_NODES), rcond=None)[0].tolist()
+    return Pleated(f0=f0, f1=f1, f2=f2, f3=f3, f4=f4)
+
+
+def worst_relative_error(law: Pleated, slenderness: float) -> float:
+    """Largest |approximate / exact - 1| of f_t0 [-] over the contractions in which (2) is used."""
+    eps = np.linspace(*_span(), 301)
+    return float(np.max(np.abs(polynomial(eps, law) / exact(eps, slenderness) - 1.0)))
 
 
 @recomputes("vandamme2008-01")
@@ -112,18 +92,18 @@ def _possible() -> Recomputed:
 @recomputes("vandamme2008-03")
 def _polynomial() -> Recomputed:
     slenderness = digits("slenderness")
-    law = fit_pleated(slenderness.value, _span())
+    law = fit_pleated(slenderness.value)
     # What half a unit of the printed slenderness moves the shape, where it moves it least.
     shape = propagated_each(lambda s: exact(np.linspace(*_span(), 13), s).tolist(), slenderness)
     return Recomputed(
-        worst_relative_error(law, slenderness.value, _span()) / PERCENT,
+        worst_relative_error(law, slenderness.value) / PERCENT,
         high=min(each.half_unit / each.value for each in shape) / PERCENT,
     )
 
 
 @recomputes("vandamme2008-04")
 def _coefficients() -> tuple[float, ...]:
-    return coefficients_of(fit_pleated(value("slenderness"), _span()))[1:]
+    return coefficients_of(fit_pleated(value("slenderness")))[1:]
 
 
 @recomputes("vandamme2008-05")
@@ -135,7 +115,7 @@ def _muscle_like() -> Recomputed:
 @recomputes("vandamme2008-06")
 def _below_five_percent() -> float:
     slenderness, eps = value("slenderness"), np.array([0.2 * value("valid_from") * PERCENT])
-    fitted = polynomial(eps, fit_pleated(slenderness, _span()))
+    fitted = polynomial(eps, fit_pleated(slenderness))
     return float((fitted / exact(eps, slenderness))[0] - 1.0) / PERCENT
 
 
