@@ -2,80 +2,40 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from pamsim.papers.claim import evaluate
 from pamsim.papers.replicate import Replication, replication_figures
 from pamsim.report.replication_figures import FIGURES
 from pamsim.report.replication_page import (
-    VERDICTS,
     accepted_text,
+    printed_text,
     recomputed_text,
     verdict_sentence,
     write_replication,
 )
 from tests.unit.report.page_laws import Page
 
-INDEPENDENT, OPEN, INCONSISTENT = (
-    "independent",
-    "not reproducible from printed data",
-    "inconsistent in the paper",
-)
 HOSTILE = "<script>alert('x')</script> & \"quoted\""
-
-
-def claim(id, printed, recomputed, verdict, **more):
-    return {
-        "id": id,
-        "paper": id[:-3],
-        "statement": f"statement {id}",
-        "place": "Table 1",
-        "printed": printed,
-        "recomputed": recomputed,
-        "unit": "cm^2",
-        "accepted": [[0.0, 1.0]],
-        "scatter": [],
-        "order": None,
-        "kind": INDEPENDENT,
-        "because": f"because {id}",
-        "verdict": verdict,
-        "same_as": None,
-        "reason": f"reason {id}",
-        **more,
-    }
-
-
-def counts(independent=0, open=0, inconsistent=0):
-    some = {INDEPENDENT: independent, OPEN: open, INCONSISTENT: inconsistent}
-    return {verdict: some.get(verdict, 0) for verdict in VERDICTS}
 
 
 @pytest.fixture
 def replication():
-    note = {
-        "id": "alraouf2025-03", "paper": "alraouf2025", "statement": "what is not printed",
-        "place": "text", "recomputed": 0.25, "unit": "kPa", "reason": "why not",
-    }  # fmt: skip
-    return {
-        "schema": "pamsim-replicate/3",
-        "papers": {"matiskova2021": "Authors of A", "alraouf2025": "B", "nguyen2024": "C"},
-        "claims": [
-            claim("matiskova2021-01", 0.61, 0.6103515625, INDEPENDENT),
-            claim("matiskova2021-02", [1.5, 2.25], [1.4, 2.251], OPEN),
-            claim("alraouf2025-01", "decreasing", [3.0, 2.0], OPEN, same_as="alraouf2025-02"),
-            claim("alraouf2025-02", 24.0, 21.0, INCONSISTENT, statement=HOSTILE, reason=HOSTILE),
-        ],
-        "failures": [{"paper": "nguyen2024", "error": f"ValueError: {HOSTILE}"}],
-        "notes": [note],
-        "counts": counts(1, 2, 1),
-        "counts_by_paper": {
-            "matiskova2021": counts(independent=1, open=1),
-            "alraouf2025": counts(open=1, inconsistent=1),
-            "nguyen2024": counts(),
-        },
-        "versions": {"pamsim": "0.1.0", HOSTILE: HOSTILE},
-        "wall_s": 1.25,
-    }
+    """Claims of two papers, a repeat before its fact, and a paper that could not be evaluated."""
+    ids = ("matiskova2021-02", "matiskova2021-04", "sarosi-08", "sarosi-07")
+    *claims, fact = map(evaluate, ids)
+    claims.append(dataclasses.replace(fact, statement=HOSTILE, reason=HOSTILE, unit="cm^2"))
+    return Replication(
+        papers={"matiskova2021": "Authors of A", "sarosi": "B", "nguyen2024": "C"},
+        claims=tuple(claims),
+        notes=(evaluate("sarosi-10"),),
+        failures=({"paper": "nguyen2024", "error": f"ValueError: {HOSTILE}"},),
+        wall_s=1.25,
+        versions={"pamsim": "0.1.0", HOSTILE: HOSTILE},
+    ).to_dict()
 
 
 def write(result, out):
@@ -87,20 +47,21 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
     page = Page(source)
     rows = [attrs for attrs in page.all("tr") if "claim" in attrs.get("class", "")]
     assert [(row["id"], row["class"]) for row in rows] == [
-        ("matiskova2021-01", "claim independent"),
-        ("matiskova2021-02", "claim open"),
-        ("alraouf2025-02", "claim inconsistent"),
-        ("alraouf2025-01", "claim open repeat"),  # of the fact before it
+        ("matiskova2021-02", "claim independent"),
+        ("matiskova2021-04", "claim inconsistent"),
+        ("sarosi-07", "claim open"),
+        ("sarosi-08", "claim open repeat"),  # of the fact before it
     ]
+    first, second, *_ = replication["claims"]
+    (note,) = replication["notes"]
     for text in (
-        "0.610",
-        "1.5, 2.25",
-        "1.40, 2.251",
-        "reason matiskova2021-02",
-        "because matiskova2021-02",
-        "repeats the fact of alraouf2025-02",
-        "what is not printed: 0.250",
-        "why not",
+        recomputed_text(first["recomputed"], first["printed"]),
+        printed_text(second["printed"]),
+        second["reason"],
+        second["because"],
+        "repeats the fact of sarosi-07",
+        note["statement"],
+        note["reason"],
         "cm²",
         "Authors of A",
         HOSTILE,
@@ -110,8 +71,8 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
     assert source.count("&lt;script&gt;") == 5
     sentence = verdict_sentence(replication)
     assert sentence == (
-        "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent,"
-        " 0 calibrated), 1 inconsistent in the paper, 2 not reproducible from printed data."
+        "4 printed statements of 3 papers recomputed, 3 facts: 1 agree (1 independent,"
+        " 0 calibrated), 1 inconsistent in the paper, 1 not reproducible from printed data."
         " Not evaluated: Nguyen 2024."
     )
     assert sentence in source
@@ -124,7 +85,7 @@ def test_every_paper_is_one_details_element_which_is_open_if_it_stands_alone(rep
         found = Page(write(replication, tmp_path)).all("details")
         return {attrs["id"]: "open" in attrs for attrs in found}
 
-    assert opened() == {"matiskova2021": False, "alraouf2025": False, "nguyen2024": False}
+    assert opened() == {"matiskova2021": False, "sarosi": False, "nguyen2024": False}
     alone = {"matiskova2021": "A"}
     replication |= {"papers": alone, "claims": replication["claims"][:2], "failures": []}
     assert opened() == {"matiskova2021": True}
