@@ -1,5 +1,7 @@
 """Planted linear systems, simulated by scipy and not by what is tested."""
 
+import functools
+
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, fftconvolve, lfilter, tf2ss
@@ -8,8 +10,10 @@ from pamsim.core.errors import InputError
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit
+from pamsim.identification.identify import identify
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.structure_scan import scan_structures
+from pamsim.recordings.trial import Trial, TrialSet
 
 
 def sampled(numerator, denominator, given, interval, delay=0.0, fine=None):
@@ -148,3 +152,35 @@ def refuses(match, call, *args, **options):
     """A call that is refused with a sentence."""
     with pytest.raises(InputError, match=match):
         call(*args, **options)
+
+
+TS, GAIN, LAG = 0.02, 1e-6, 0.4
+FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
+
+
+def trial(name, seed):
+    """A lag from the pressure difference to the angle."""
+    given = record(seed, constants=(LAG,), gain=GAIN * 1e5, noise=5e-4, n=400, offset=0.0)
+    half = 0.5e5 * given.input
+    command = np.column_stack([3e5 + half, 3e5 - half])
+    return Trial(
+        name=name,
+        protocol="telegraph",
+        drive="pressure_set",
+        load=0.0,
+        time=given.time,
+        command=command,
+        measured={
+            "angle": given.output,
+            "pressure_1": command[:, 0],
+            "pressure_2": command[:, 1],
+        },
+    )
+
+
+@functools.cache
+def identified_lag():
+    """A lag identified from one recording, with another held out."""
+    data = TrialSet(rig="mas20_arm", trials=(trial("telegraph_1", 1), trial("telegraph_2", 2)))
+    signals = {"input": "p1_set_kpa-p2_set_kpa", "output": "angle_deg"}
+    return identify(data, **signals, **FEW, hold_out=["telegraph_2"])

@@ -10,38 +10,26 @@ from pamsim.identification.identify import identify
 from pamsim.identification.local_models import LocalModelMap, dependence
 from pamsim.identification.model import estimates_of
 from pamsim.identification.summary import summary_lines
-from pamsim.recordings.trial import Trial, TrialSet
+from pamsim.recordings.trial import TrialSet
 from pamsim.report.identify_figures import measured_and_model
-from tests.unit.identification.planted import FEW, log, record, refuses, sampled, steps
-
-TS, GAIN, LAG = 0.02, 1e-6, 0.4
-
-
-def trial(name, seed):
-    """A lag from the pressure difference to the angle."""
-    given = record(seed, constants=(LAG,), gain=GAIN * 1e5, noise=5e-4, n=400, offset=0.0)
-    half = 0.5e5 * given.input
-    command = np.column_stack([3e5 + half, 3e5 - half])
-    return Trial(
-        name=name,
-        protocol="telegraph",
-        drive="pressure_set",
-        load=0.0,
-        time=given.time,
-        command=command,
-        measured={
-            "angle": given.output,
-            "pressure_1": command[:, 0],
-            "pressure_2": command[:, 1],
-        },
-    )
+from tests.unit.identification.planted import (
+    FEW,
+    GAIN,
+    LAG,
+    TS,
+    identified_lag,
+    log,
+    record,
+    refuses,
+    sampled,
+    steps,
+    trial,
+)
 
 
 @pytest.fixture(scope="module")
 def result():
-    data = TrialSet(rig="mas20_arm", trials=(trial("telegraph_1", 1), trial("telegraph_2", 2)))
-    signals = {"input": "p1_set_kpa-p2_set_kpa", "output": "angle_deg"}
-    return identify(data, **signals, **FEW, hold_out=["telegraph_2"])
+    return identified_lag()
 
 
 def test_the_result_holds_models_in_si_and_writes_them_in_the_units_of_the_columns(result):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pamsim.identification.choose import AICC, LIKELIHOOD
-from pamsim.identification.curves import Curves, FrequencyResponse, StepResponse, TrialCurve
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,
@@ -19,32 +19,8 @@ from pamsim.report.identify_figures import (
     steps_and_poles,
 )
 from pamsim.report.identify_page import page_of, pole_texts
-
-
-def parameters(gain=0.05):
-    return {
-        "K": {"unit": "deg/kPa", "value": gain, "interval95": [0.9 * gain, 1.1 * gain]},
-        "T": {"unit": "s", "value": 0.5, "interval95": None},
-    }
-
-
-def model(name, kind, poles):
-    continuous = kind == "continuous"
-    coefficient = {"b1": {"unit": "deg/kPa", "value": 1.0, "interval95": None}}
-    return {
-        "name": name,
-        "kind": kind,
-        "status": "converged",
-        "sentence": "converged <inside> the bounds",
-        "parameters": parameters() if continuous else {**parameters(), **coefficient},
-        "fit_percent": 91.234,
-        "fit_percent_held_out": 89.0 if continuous else None,
-        "aicc_above_best": 0.0 if continuous else None,
-        "independence": {"sentence": "past inputs explain nothing more"},
-        "trials": [{"name": "step_1", "fit_percent": 90.0, "rms": 0.1}],
-        "held_out": [{"name": "step_2", "fit_percent": 90.0, "rms": 0.1}],
-        "poles_rad_per_s": poles,
-    }
+from pamsim.report.numbers import fixed, significant
+from tests.unit.identification.planted import identified_lag
 
 
 def local(*levels):
@@ -52,9 +28,10 @@ def local(*levels):
         "models": [
             {
                 "pressure_kpa": level, "load_kg": load, "direction": direction,
-                "status": "converged", "parameters": parameters(0.05 + 1e-4 * level),
+                "status": "converged", "parameters": {"K": gain, "T": {**gain, "interval95": None}},
             }
             for level in levels
+            for gain in [{"unit": "deg/kPa", "value": 1e-4 * level, "interval95": [0.0, None]}]
             for load in (0.0, 1.2)
             for direction in (-1, 0, 1)
         ],
@@ -64,53 +41,24 @@ def local(*levels):
 
 @pytest.fixture
 def result():
+    """Of a lag; an oscillating model and one without a continuous pole stand beside it."""
+    written = copy.deepcopy(identified_lag().to_dict())
+    lag, arx, _ = written["models"]
+    swinging = {**lag, "name": "second_order_any_poles", "sentence": "converged <inside>"}
+    swinging["poles_rad_per_s"] = [[-1.0, 3.0], [-1.0, -3.0]]
+    arx["poles_rad_per_s"] = [None, [0.5, 0.0]]
     return {
-        "schema": "pamsim-identify/4",
+        **written,
+        "models": [lag, swinging, arx],
         "data": "data/<folder>",
-        "rig": "mas20_arm",
-        "inputs": [{"expression": "p1_kpa", "unit": "kPa"}],
-        "output": {"expression": "angle_deg", "unit": "deg"},
-        "trials": [
-            {"name": name, "role": role, "load_kg": 1.0, "samples": 50, "duration_s": 1.0}
-            for name, role in (("step_1", "fitted"), ("step_2", "held_out"))
-        ],
-        "models": [
-            model("first_order", "continuous", [[-2.0, 0.0]]),
-            model("second_order_any_poles", "continuous", [[-1.0, 3.0], [-1.0, -3.0]]),
-            model("arx_2_2_1", "arx", [None, [0.5, 0.0]]),
-        ],
-        "skipped": {"oe_1_1_1": "too few samples"},
-        "recommended": "first_order",
-        "best": "first_order",
-        "missing": None,
-        "scan": None,
-        "shown": "first_order",
-        "reason": "smallest AICc",
-        "effective_samples": 40.0,
+        "skipped": {"oe_2_2_1": "too few samples"},
         "local": local(200.0, 300.0),
-        "notes": ["force_1 was not measured"],
-        "versions": {"pamsim": "0.1.0"},
-        "seconds": 1.0,
     }
-
-
-def trial(name, held_out, *, time):
-    return TrialCurve(
-        name=name, held_out=held_out, time=time, inputs=time[:, np.newaxis], output=time,
-        model=time**2,
-    )  # fmt: skip
 
 
 @pytest.fixture
 def curves():
-    time, k = np.linspace(0.0, 1.0, 50), np.linspace(0.1, 10.0, 40)
-    band = np.stack([0.9 / k, 1.1 / k])
-    return Curves(
-        trials=(trial("step_1", False, time=time), trial("step_2", True, time=time)),
-        steps=(StepResponse(k, 1.0 / k, band),),
-        bodes=(FrequencyResponse(k, 1.0 / k, -np.pi / 20.0 * k, band, None),),
-        nyquist=31.4,
-    )
+    return identified_lag().curves()
 
 
 @pytest.fixture
@@ -128,15 +76,16 @@ def page(curves, tmp_path, quick):
 
 def test_page_holds_every_number_once_and_escapes_text(result, page):
     source, files = page(result)
+    gain, lag = (significant(p["value"], 4) for p in result["models"][0]["parameters"].values())
     assert files == {"index.html", "fit.png", "step.png", "bode.png", "local.png"}
     for name in ("fit", "step", "bode", "local"):
         assert f'<figure id="{name}">' in source
     for words in (
         "data/&lt;folder&gt;",
         "&lt;inside&gt;",
-        "89.00",
+        f"<td>{fixed(result['models'][0]['fit_percent_held_out'], 2)}</td>",
         "too few samples",
-        "K = 0.05000 deg/kPa, T = 0.5000 s; fits 91.2 %",
+        f"K = {gain} deg/kPa, T = {lag} s; fits 98.9 %",
         "curves.csv",
         "held out<br>",
     ):
@@ -179,7 +128,7 @@ def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(re
         "structures": [structure(1, 0, 80.0), structure(2, 1, 81.0, integrators=1)],
     }
     source, files = page(bent)
-    assert "Best linear model: first order, K = 0.05000" in source
+    assert "Best linear model: first order, K = 0.0" in source
     assert "Not recommended: the plant is not linear." in source
     assert "2 structures, judged by the last third of each trial" in source
     assert "scan.png" in files
@@ -220,7 +169,7 @@ def test_words_and_numbers():
 
 
 def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, curves):
-    assert [one.name for one in drawn_trials(curves.trials)] == ["step_2", "step_1"]
+    assert [one.name for one in drawn_trials(curves.trials)] == ["telegraph_2", "telegraph_1"]
     assert 1 < len(drawn_trials(curves.trials[:1] * 9)) < 9
     assert len(measured_and_model(result, curves).axes) == 4
     single = measured_and_model(result, replace(curves, trials=curves.trials[:1]))
@@ -235,7 +184,8 @@ def test_every_pole_has_its_marker_and_axes_have_units(result, curves):
     assert sum(len(line.get_xdata()) for line in right.lines) == 4
     upper, lower = bode(result, curves).axes
     assert (upper.get_ylabel(), lower.get_xlabel()) == ("magnitude [deg/kPa]", "frequency [Hz]")
-    assert upper.lines[0].get_xdata()[0] == pytest.approx(0.1 / (2.0 * np.pi))
+    lowest = curves.bodes[0].frequency[0] / (2.0 * np.pi)
+    assert upper.lines[0].get_xdata()[0] == pytest.approx(lowest)
 
 
 def test_the_map_is_over_pressure_or_point_by_point(result):
