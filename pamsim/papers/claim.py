@@ -336,7 +336,6 @@ def _row(paper: str, number: str) -> dict[str, Any]:
 
 
 def _floats(value: Any) -> tuple[float, ...]:
-    """Floats of a number or of numbers, whatever they are given as."""
     return tuple(digits_of(entry).value for entry in several(value))
 
 

@@ -135,7 +135,6 @@ def film_sheet(
 def _write_over(
     figure: SubFigure, size: tuple[int, int], labels: Mapping[str, tuple[float, float]], title: str
 ) -> None:
-    """Write title and names of the muscles over the arm's picture."""
     width, height = size
     look: dict[str, Any] = {"weight": "bold", "size": 10.5}
     look["path_effects"] = [withStroke(linewidth=3.0, foreground="white")]

@@ -15,7 +15,7 @@ from pamsim.fitting.result import SCHEMA
 from pamsim.report.numbers import NONE, fixed, interval, plain, quantity, significant, words
 from pamsim.report.numbers import unit as unit_text
 from pamsim.report.page import write_page
-from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.report.style import finish_axes, new_figure, series_look, styled
 from pamsim.scene.series_colours import INK, MUTED
 
 _MM_PER_M = 1e3
@@ -191,8 +191,6 @@ def _branches(top: Axes, bottom: Axes, fits: list[Mapping[str, Any]]) -> None:
 def _loops(result: Mapping[str, Any]) -> Figure:
     figure, (ax,) = new_figure(3.2)
     points = result["fits"][0]["points"]
-    if not points["predicted"]:
-        say_empty(ax, "no loop")
     frequency = np.array(points["frequency"][::2]) / (2.0 * np.pi)
     for i, label in enumerate(
         ("equation (14), at the force's crest", "equation (15), at no force")

@@ -167,7 +167,6 @@ def steps_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
 
 
 def _gain(result: Mapping[str, Any], given: int) -> Mapping[str, Any]:
-    """Gain of the shown model from an input."""
     parameters = _shown(result)["parameters"]
     return parameters["K" if len(result["inputs"]) == 1 else f"K[{given + 1}]"]
 

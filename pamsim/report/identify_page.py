@@ -125,7 +125,6 @@ def write_frequency_identification(result: FrequencyIdentification, out: Path) -
 
 
 def _between(ends: Interval | None) -> str:
-    """An interval as printed."""
     return interval(ends, 4) if ends is None or np.all(np.isfinite(ends)) else "not bounded"
 
 

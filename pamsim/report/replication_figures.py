@@ -30,8 +30,6 @@ _LENGTH, _PRESSURE = "length [cm]", "gauge pressure [kPa]"
 
 
 def _drawn(paper: str, name: str) -> Callable[[Drawing], Drawing]:
-    """Make a function what draws a figure of a paper."""
-
     def register(draw: Drawing) -> Drawing:
         return FIGURES.setdefault(paper, {}).setdefault(f"{paper}_{name}", styled(draw))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.papers.replicate import PAPERS, SCHEMA
-from pamsim.report.numbers import NONE, fixed, number_or_none, plain, significant
+from pamsim.report.numbers import fixed, number_or_none, plain, significant
 from pamsim.report.page import write_page
 from pamsim.report.replication_figures import FIGURES
 
@@ -99,16 +99,14 @@ def accepted_text(claim: Mapping[str, Any]) -> str:
 def recomputed_text(value: Any, printed: Any) -> str:
     """A recomputed value with one digit more than was printed, so that both can be compared.
 
-    For example ``11.547`` beside a printed ``20.13``; a dash for None.
+    For example ``11.547`` beside a printed ``20.13``.
     """
     if isinstance(value, list | tuple):
         # Two lists of one length correspond entry by entry.
         same_length = isinstance(printed, list | tuple) and len(printed) == len(value)
         beside = list(printed) if same_length else [None] * len(value)
         return ", ".join(recomputed_text(v, p) for v, p in zip(value, beside, strict=True))
-    number = number_or_none(value)
-    if number is None:
-        return NONE if value is None else str(value)
+    number = float(value)
     if number.is_integer() and abs(number) < 1e6:
         return fixed(number, 0)
     digits = _LEAST_DIGITS

@@ -136,7 +136,7 @@ def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
 
 def _curve(data: Mapping[str, Any], key: str) -> FloatArray | None:
     values = data.get(key)
-    return None if values is None or len(values) == 0 else np.asarray(values, dtype=float)
+    return None if values is None else np.asarray(values, dtype=float)
 
 
 @styled
@@ -169,13 +169,11 @@ def _response_figure(
         finish_axes(ax, y="angle β [deg]", title=title)
         ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
         for row in rows:
-            _draw_response(ax, row, recordings.get(row["row"]), loads.index(row["load_kg"]), end)
+            _draw_response(ax, row, recordings[row["row"]], loads.index(row["load_kg"]), end)
         ax.set_xlim(0.0, end * (1 + _STRIP))
         ax.margins(y=0.12)
         ticks = MaxNLocator(nbins=8, steps=[1, 2, 5, 10]).tick_values(0.0, end)
         ax.set_xticks([tick for tick in ticks if 0.0 <= tick <= end * (1 + 1e-9)])
-        if not any(row["row"] in recordings for row in rows):
-            say_empty(ax, "no recording of these rows")
     axes[-1].set_xlabel("time after the step [s]")
     styles: list[tuple[str, str, Any, str]] = [
         (*series_look(index), "-", _load(load)) for index, load in enumerate(loads)
@@ -195,17 +193,12 @@ def _load(load: float) -> str:
 
 def _last_time_shown(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> float:
     """End of the time axis [s]: cut only where every response is known to have settled before."""
-    recorded = [row for row in rows if row["row"] in recordings]
-    end = float(max((recordings[row["row"]].time[-1] for row in recorded), default=1.0))
-    settling = [row["settling_s"] for row in recorded if row["settling_s"] is not None]
-    if not settling or len(settling) < len(recorded):
-        return end
-    return min(end, max(1.0, SHOWN_SETTLING_TIMES * max(settling)))
+    end = float(max(recordings[row["row"]].time[-1] for row in rows))
+    settling = [row["settling_s"] for row in rows]
+    return end if None in settling else min(end, max(1.0, SHOWN_SETTLING_TIMES * max(settling)))
 
 
-def _draw_response(
-    ax: Axes, row: Row, recording: Recording | None, load_index: int, end: float
-) -> None:
+def _draw_response(ax: Axes, row: Row, recording: Recording, load_index: int, end: float) -> None:
     colour, marker = series_look(load_index)
     # One column of markers per load: the loads' end angles differ by less than a marker's size.
     slot = end * (1 + _STRIP * (0.2 + 0.28 * load_index))
@@ -221,8 +214,6 @@ def _draw_response(
         # Links to the markers further right pass here.
         bbox={"facecolor": FAINT, "edgecolor": "none", "pad": 0.4},
     )
-    if recording is None:
-        return
     shown = recording.time <= end
     time, angle = recording.time[shown], recording.angle[shown] * DEG_PER_RAD
     ax.plot(time, angle, color=colour, linewidth=1.4, zorder=3)
@@ -239,10 +230,7 @@ def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -
     figure, axes = new_figure(3.5, columns=2, sharey=True)
     for ax, size in zip(axes, ("large", "small"), strict=True):
         finish_axes(ax, x="time after the step [s]", title=f"{size} step", zero=False)
-        row = next((p for p in rows if p["size"] == size and p["row"] in recordings), None)
-        if row is None:
-            say_empty(ax, f"no recording of a {size} step")
-            continue
+        row = next(row for row in rows if row["size"] == size)
         ax.set_title(f"{size} step: row {row['row']}, {_load(row['load_kg'])}")
         recording = recordings[row["row"]]
         end = recording.time[-1]

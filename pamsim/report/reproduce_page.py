@@ -159,7 +159,6 @@ def _groups(result: Mapping[str, Any]) -> list[tuple[str, list[Mapping[str, Any]
 
 
 def _notes(result: Mapping[str, Any]) -> list[tuple[int, str]]:
-    """Row number and text of every footnote."""
     notes: list[tuple[int, str]] = []
     for row in result["rows"]:
         if row["repeats"] is not None:

@@ -55,7 +55,6 @@ def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Pa
 
 
 def _fact(name: str, joint: Mapping[str, Any]) -> tuple[str, str, str]:
-    """A joint, where it went, and how."""
     suffix = next(key for key in joint if key.startswith("final_")).removeprefix("final_")
     way = f"{fixed(joint[f'start_{suffix}'], 2)} → {fixed(joint[f'final_{suffix}'], 2)} {suffix}"
     settled = joint["settling_s"]

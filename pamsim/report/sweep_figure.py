@@ -68,7 +68,6 @@ def _summed(name: str, one: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _per_factor(title: str, entries: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
-    """A table with an output in each row and a factor in each column."""
     factors = list(dict.fromkeys(factor for own in entries.values() for factor in own))
     rows = [(n, *(fixed(own.get(f), 2) for f in factors)) for n, own in entries.items()]
     return {"title": title, "columns": ("output", *factors), "rows": rows}

@@ -194,7 +194,6 @@ def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
 
 @functools.cache
 def _fit_at(sigma: float) -> BoucWenLoop:
-    """Least squares with sigma held."""
     pressure, up = branch_data("up")
     length = np.concatenate([up, branch_data("down")[1]])
     line = np.stack([np.ones(len(length)), np.tile(pressure, 2)], axis=1)

@@ -171,7 +171,6 @@ def bench_curves() -> Mapping[str, Any]:
 
 
 def _tension(fibres: int, pressure: float, contraction: FloatArray) -> FloatArray:
-    """Tension of the engine along a path [N]."""
     share = {"hysteresis.force_share": value(f"delta_{fibres}")}
     rig = bench("vandamme2008").with_parameters(share)
     time = np.arange(contraction.size, dtype=np.float64) * _PERIOD
