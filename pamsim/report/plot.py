@@ -11,8 +11,7 @@ from pamsim.recordings.recording import Recording
 from pamsim.report.calibrate_page import parameter_ranges
 from pamsim.report.check_page import AS_IT_IS
 from pamsim.report.fit_figure import fit_figure
-from pamsim.report.identify_figures import measured_and_model
-from pamsim.report.identify_page import measured_and_fitted_response
+from pamsim.report.identify_page import measured_and_fitted_response, measured_and_model
 from pamsim.report.link_page import first_figure
 from pamsim.report.reproduce_figures import static_characteristic
 from pamsim.report.step_figure import step_figure

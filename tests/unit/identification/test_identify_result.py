@@ -11,7 +11,7 @@ from pamsim.identification.local_models import LocalModelMap, dependence
 from pamsim.identification.model import estimates_of
 from pamsim.identification.summary import summary_lines
 from pamsim.recordings.trial import TrialSet
-from pamsim.report.identify_figures import measured_and_model
+from pamsim.report.identify_page import measured_and_model
 from tests.unit.identification.planted import (
     FEW,
     GAIN,

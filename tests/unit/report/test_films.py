@@ -14,8 +14,7 @@ import pamsim
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.recordings.trial import Trial
 from pamsim.report import film as room
-from pamsim.report.film import film_gap
-from pamsim.report.film_sheet import arm_size, film_sheet
+from pamsim.report.film import arm_size, film_gap, film_sheet
 from pamsim.report.step_figure import step_figure
 from tests.unit.core.refusals import refused
 

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 from pamsim.identification.choose import AICC, LIKELIHOOD
-from pamsim.report.identify_figures import (
+from pamsim.report.identify_page import (
     bode,
     drawn_trials,
     local_map,
     measured_and_model,
     model_title,
+    page_of,
+    pole_texts,
     scan,
     steps_and_poles,
 )
-from pamsim.report.identify_page import page_of, pole_texts
 from pamsim.report.numbers import fixed, significant
 from tests.unit.identification.planted import identified_lag
 
