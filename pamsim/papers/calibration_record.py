@@ -45,14 +45,12 @@ class NestedLeaveOneOut:
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationRecord:
-    """The record of a rig.
+    """The record of a rig, and the command that wrote it.
 
-    Attributes:
-        static_models: from the published law to the one used, and those that were not accepted,
-            each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
-            ``left_out_block_rms_deg``, ``parameters``, and row by row ``residual_deg``,
-            ``leave_one_out_residual_deg``, ``jacobian_deg``.
-        command: that wrote it.
+    The static models go from the published law to the one used, then those not accepted, each with
+    ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``, ``left_out_block_rms_deg``,
+    ``parameters``, and row by row ``residual_deg``, ``leave_one_out_residual_deg`` and
+    ``jacobian_deg``.
     """
 
     static_models: tuple[Mapping[str, Any], ...]

@@ -58,14 +58,10 @@ def derivative(function: Callable[[Any], Any], place: float) -> float:
 
 
 def jacobian(function: Callable[[Any], Any], place: Sequence[float]) -> FloatArray:
-    """Derivatives by complex steps, exact to rounding (Squire, Trapp, SIAM Review 40, 1998, 110).
+    """Derivatives (n, m) by complex steps, exact to rounding.
 
-    Args:
-        function: analytic, of (m,) complex numbers; gives (n,) values.
-        place: (m,) where to differentiate.
-
-    Returns:
-        (n, m).
+    The function, analytic of (m,) complex numbers, gives (n,) values. (Squire, Trapp, SIAM Review
+    40, 1998, 110.)
     """
     steps = np.asarray(place) + 1j * _STEP * np.eye(len(place))
     return np.stack([np.imag(function(step)) for step in steps], axis=1) / _STEP

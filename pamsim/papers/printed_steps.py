@@ -90,21 +90,13 @@ def printed_experiment(
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One printed row and its simulation.
-
-    Attributes:
-        step: as printed.
-        start: gauge pressures the step was assumed to start from [Pa].
-        recording: of the simulation.
-        metrics: of its angle [rad]; None if it did not complete.
-        increment: smallest angle that the rig's encoder resolves [rad].
-    """
+    """One printed row and its simulation."""
 
     step: PrintedStep
-    start: tuple[float, float]
+    start: tuple[float, float]  # gauge pressures it was assumed to start from [Pa]
     recording: Recording
-    metrics: StepMetrics | None
-    increment: float
+    metrics: StepMetrics | None  # of its angle [rad]; None if it did not complete
+    increment: float  # smallest angle that the rig's encoder resolves [rad]
 
     @property
     def error(self) -> float:

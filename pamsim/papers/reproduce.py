@@ -183,8 +183,7 @@ def _model_responses(
 ) -> Mapping[str, list[float] | None]:
     """Unit steps of every model beside the simulated large step that was identified (Figure 9).
 
-    Returns:
-        JSON-safe curves on a common grid; None where an ARX fit has no real time constants.
+    None stands where an ARX fit has no real time constants.
     """
     keep = slice(None, None, max(1, len(recording.time) // _CURVE_POINTS))
     time = recording.time[keep]

@@ -42,13 +42,9 @@ def checks(
     record: CalibrationRecord | None,
     work: float,
 ) -> tuple[Check, ...]:
-    """Judge a reproduction.
+    """Judge a reproduction, by the record of the rig's calibration if it applies to these rows.
 
-    Args:
-        rows: all of them.
-        identified: models of the large step, or None if it did not complete.
-        record: of the rig's calibration, if it applies to these rows.
-        work: a muscle's over that of its air, in a cycle of the large step's size [-].
+    The work is a muscle's over that of its air, in a cycle of the large step's size [-].
     """
     energy = Check(
         "energy",

@@ -27,15 +27,11 @@ _START = {"k1": 3.0, "k5": 25.0, "t": 0.0, "c": 0.0, "o": 0.0}
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueLaw:
-    """Fitted law.
+    """A fitted law: coefficients, 100 kPa per the power of rad or kg, and its RMS errors [deg].
 
-    Attributes:
-        coefficients: name -> value, 100 kPa per the power of rad or kg.
-        half_interval: name -> half the linearised 95 % interval.
-        rms_deg: of the fitted angles [deg].
-        left_out_rms_deg: of each angle predicted from all rest [deg].
-        small_steps_rms_deg: of the small steps by the law of the other rows [deg]; NaN if these do
-            not determine a law in which the angle rises with the pressure difference.
+    They are those of the fitted angles, of each angle predicted from all rest, and of the small
+    steps by the law of the other rows; this is NaN if they do not determine a law in which the
+    angle rises with the pressure difference. Of the linearised 95 % intervals it is the halves.
     """
 
     coefficients: dict[str, float]

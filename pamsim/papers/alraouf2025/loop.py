@@ -93,10 +93,9 @@ def loop_scores(branch: str, model: str) -> Mapping[str, Printed]:
     return {row["score"]: Printed.read(row[model]) for row in rows if row["branch"] == branch}
 
 
-def published(branch: str) -> tuple[float, float, float, float]:
+def published(branch: str) -> tuple[float, ...]:
     """Coefficients of (3) or (4)."""
-    a0, a1, a2, a3 = (number.value for number in loop_equation(branch))
-    return a0, a1, a2, a3
+    return tuple(number.value for number in loop_equation(branch))
 
 
 def branch_data(branch: str) -> tuple[FloatArray, FloatArray]:

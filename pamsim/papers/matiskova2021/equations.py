@@ -235,11 +235,10 @@ def rig_stiffness(pressure: float) -> Stiffness:
 
 
 def stiffness_over_pressure() -> dict[str, list[float]]:
-    """Joint stiffness at the reference point over the sum of two equal pressures.
+    """Joint stiffness [N m/rad] at the reference point over the sum of two equal pressures.
 
-    Returns:
-        JSON-safe curves: sum [kPa]; stiffness of the rig at held pressures and with its chambers
-        shut, and of the ideal pair by (5), its last sign mended [N m/rad].
+    It is that of the rig and of the ideal pair, by (5) with its last sign mended, at held pressures
+    and with the chambers shut.
     """
     pressures = [float(p) for p in np.linspace(_LOW, _HIGH, _POINTS)]
     rig, ideal = [rig_stiffness(p) for p in pressures], [_parts(p) for p in pressures]

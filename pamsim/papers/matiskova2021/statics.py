@@ -118,13 +118,9 @@ def _signs() -> float:
 
 
 def odd_exponential_basis(x: FloatArray) -> FloatArray:
-    """Factors of a0, a1, a2 in (17), continued as an odd function (Matiskova 2021, (17), (22)).
+    """Factors (n, 3) of a0, a1, a2 in (17), continued as an odd function (Matiskova 2021, (22)).
 
-    Args:
-        x: (n,) pressure difference over the pressure that counts as 1 [-].
-
-    Returns:
-        (n, 3): sign(x) times 1, exp(-abs(x)), abs(x) exp(-abs(x)).
+    Taken at pressure differences (n,) over the pressure that counts as 1 [-].
     """
     size = np.abs(x)
     decay = np.exp(-size)
@@ -148,11 +144,7 @@ def _data() -> tuple[FloatArray, FloatArray]:
 
 
 def static_characteristic() -> dict[str, Any]:
-    """Equation (23) against the printed tables, read in bar and with the scale that fits best.
-
-    Returns:
-        JSON-safe curves and RMS misfits, pressures in kPa and angles in deg.
-    """
+    """Equation (23) against the printed tables, read in bar and with the scale that fits best."""
     difference, measured = _data()
 
     def misfit(scale: float) -> float:

@@ -137,13 +137,9 @@ def predicted(law: str, coefficients: tuple[float, ...], points: MeasuredForces)
 def fitted(law: str, points: MeasuredForces) -> tuple[tuple[float, ...], FloatArray]:
     """Least squares of a law on the points of a map.
 
-    Args:
-        law: ``ideal`` (nothing to fit), ``strain`` ((2) with mu constant), ``corrected`` ((2)) or
-            ``exponential`` ((4)).
-        points: what it is fitted to.
-
-    Returns:
-        Its coefficients in the catalog, and predicted less measured force (n,) [N].
+    Laws are ``ideal`` (nothing to fit), ``strain`` ((2) with mu constant), ``corrected`` ((2)) and
+    ``exponential`` ((4)). What comes back are its coefficients in the catalog, and predicted less
+    measured force (n,) [N].
     """
     if law == "ideal":
         return (1.0,), predicted("ideal_mckibben", (1.0,), points) - points.force

@@ -41,11 +41,9 @@ def levels_of(count: int) -> FloatArray:
 
 
 def relay_weights(count: int, weight: Callable[[float, float], float]) -> FloatArray:
-    """Weights of the relays of a grid of n levels, from any weight function of (alpha, beta).
+    """Weights (n, n) of the relays of a grid of n levels, row alpha, column beta, sum 1.
 
-    Returns:
-        (n, n) weights, row alpha, column beta, zero above the diagonal, sum 1. Relays of the
-        diagonal stand for half a cell.
+    They are zero above the diagonal; relays of the diagonal stand for half a cell.
     """
     levels = [float(level) for level in levels_of(count)]
     table = np.zeros((count, count))
