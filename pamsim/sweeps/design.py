@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.limits import SWEEP_RUNS
+from pamsim.core.toml_tables import NUMBER, Entry, check_table
 from pamsim.core.units import FloatArray
 
 _stats: Any = scipy.stats
@@ -55,6 +56,41 @@ class Factor:
         return found
 
 
+def are_numbers(values: Sequence[Any]) -> bool:
+    """Whether all of a list are finite numbers."""
+    return all(FINITE.accepts(value) for value in values)
+
+
+FINITE = Entry(NUMBER, "a finite number", holds=math.isfinite)
+_UNIT = Entry(write='"...", such as "kPa"', default="")
+_MANY = f"a list of 1 to {_MOST:,}"
+_RIGS = {
+    "values": Entry(
+        list,
+        f"{_MANY} names or folders of rigs",
+        holds=lambda names: _few(names) and all(isinstance(name, str) for name in names),
+    ),
+}
+_LISTED = {
+    "values": Entry(
+        list, f"{_MANY} numbers", holds=lambda values: _few(values) and are_numbers(values)
+    ),
+    "unit": _UNIT,
+}
+_RANGE = {
+    "low": FINITE,
+    "high": FINITE,
+    "count": Entry(
+        int, f"a whole number of 2 to {_MOST:,}", None, lambda count: 2 <= count <= _MOST
+    ),
+    "unit": _UNIT,
+}
+
+
+def _few(values: Sequence[Any]) -> bool:
+    return 1 <= len(values) <= _MOST
+
+
 def factor(name: str, table: Any) -> Factor:
     """A factor as a study states it.
 
@@ -70,73 +106,44 @@ def factor(name: str, table: Any) -> Factor:
     where = f"vary.{name}"
     if not isinstance(table, Mapping):
         raise InputError(f"{where} must be a table with values, low and high, or a distribution")
-    rest = {str(key): value for key, value in table.items()}
-    rig = name == "rig"
-    unit = "" if rig else rest.pop("unit", "")
-    if not isinstance(unit, str):
-        raise InputError(f"{where}.unit must be text, such as 'kPa'")
-    if rig and "values" not in rest:
-        raise InputError(f"{where} needs values: names or folders of rigs")
-    if "values" in rest:
-        listed = _listed_values(where, rest.pop("values"), text=rig)
-        _nothing_left(where, rest)
-        return Factor(name=name, unit=unit, values=listed)
-    if "distribution" in rest:
-        return Factor(name=name, unit=unit, distribution=_frozen(where, rest))
-    if not {"low", "high"} <= set(rest):
+    if name == "rig":
+        return Factor(name=name, unit="", values=tuple(check_table(table, _RIGS, where)["values"]))
+    if "values" in table:
+        stated = check_table(table, _LISTED, where)
+        return Factor(name=name, unit=stated["unit"], values=tuple(map(float, stated["values"])))
+    if "distribution" in table:
+        return _drawn(name, table, where)
+    if not {"low", "high"} <= table.keys():
         raise InputError(f"{where} needs values, low and high, or a distribution")
-    low, high = (number(f"{where}.{end}", rest.pop(end)) for end in ("low", "high"))
+    stated = check_table(table, _RANGE, where)
+    low, high, unit, count = (stated[key] for key in ("low", "high", "unit", "count"))
     if not low < high:
         raise InputError(f"{where}: low ({low:g}) must be below high ({high:g})")
-    if "count" not in rest:
-        _nothing_left(where, rest)
+    if count is None:
         return Factor(name=name, unit=unit, distribution=_stats.uniform(low, high - low))
-    count = rest.pop("count")
-    if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= _MOST:
-        raise InputError(f"{where}.count is {count!r}; it must be a whole number of 2 to {_MOST:,}")
-    _nothing_left(where, rest)
     return Factor(name=name, unit=unit, values=tuple(np.linspace(low, high, count).tolist()))
 
 
-def _listed_values(where: str, values: Any, *, text: bool) -> tuple[Value, ...]:
-    if not isinstance(values, list) or not 1 <= len(values) <= _MOST:
-        raise InputError(f"{where}.values must be a list of 1 to {_MOST:,} values")
-    if not text:
-        return tuple(number(f"{where}.values", value) for value in values)
-    if not all(isinstance(value, str) for value in values):
-        raise InputError(f"{where}.values must be names or folders of rigs")
-    return tuple(values)
-
-
-def _frozen(where: str, rest: dict[str, Any]) -> Any:
-    """A distribution of scipy.stats with its parameters."""
-    name = rest.pop("distribution")
+def _drawn(name: str, table: Mapping[str, Any], where: str) -> Factor:
+    """A factor with a distribution of scipy.stats."""
     known = {n for n in dir(_stats) if isinstance(getattr(_stats, n), _stats.rv_continuous)}
-    if not isinstance(name, str) or name not in known:
-        raise InputError(f"{where}: no distribution {name!r}; {nearest(str(name), known)}")
-    numbers = {key: number(f"{where}.{key}", value) for key, value in rest.items()}
+    of = table["distribution"]
+    if not isinstance(of, str) or of not in known:
+        raise InputError(f"{where}: no distribution {of!r}; {nearest(str(of), known)}")
+    own = {"distribution": Entry(), "unit": _UNIT}
+    numbers = check_table(table, dict.fromkeys(table, FINITE) | own, where)
+    unit = numbers.pop("unit")
+    del numbers["distribution"]
     try:
-        found = getattr(_stats, name)(**numbers)
+        found = getattr(_stats, of)(**numbers)
         middle = float(found.median())
     except TypeError as error:
-        shapes = getattr(_stats, name).shapes
+        shapes = getattr(_stats, of).shapes
         takes = f"loc, scale{f', {shapes}' if shapes else ''}"
-        raise InputError(f"{where}: {name} takes {takes}: {error}") from None
+        raise InputError(f"{where}: {of} takes {takes}: {error}") from None
     if not math.isfinite(middle):
-        raise InputError(f"{where}: {name} has no values with {numbers}; scale must be above 0")
-    return found
-
-
-def number(where: str, value: Any) -> float:
-    """A finite number of a study; an `InputError` with its key if it is none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where} is {value!r}; it must be a number")
-    return float(value)
-
-
-def _nothing_left(where: str, rest: Mapping[str, Any]) -> None:
-    if rest:
-        raise InputError(f"{where}: {', '.join(sorted(rest))} cannot be used there")
+        raise InputError(f"{where}: {of} has no values with {numbers}; scale must be above 0")
+    return Factor(name=name, unit=unit, distribution=found)
 
 
 Runs = list[dict[str, Value]]

@@ -5,21 +5,22 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
-from pamsim.core.errors import InputError, PamsimError, nearest
+from pamsim.core.errors import InputError, PamsimError
+from pamsim.core.toml_tables import Entry, check_table
 from pamsim.core.units import to_si
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.sweeps.design import Value, number
+from pamsim.sweeps.design import FINITE, Value, are_numbers
 from pamsim.sweeps.job import RIG, Job, Row, checked_units, is_effect, loaded, with_values
 from pamsim.twins.hide import hide
 
@@ -27,21 +28,27 @@ _Interval: TypeAlias = tuple[float, float] | None
 _Found: TypeAlias = tuple[dict[str, str], dict[str, tuple[float, _Interval]]]
 """Texts of a row; parameter -> estimate and 95 % interval [SI]."""
 
+_NAMES = Entry(list, "a list of names", None, lambda names: all(isinstance(n, str) for n in names))
+_WHOLE = Entry(int, "a whole number", None)
+_NUMBER = replace(FINITE, default=None)
+_FLAG = Entry(bool, "true or false", None)
+_ENDS = Entry(list | tuple, "[low, high]", holds=lambda ends: len(ends) == 2 and are_numbers(ends))
+
 _RECORDED = {
-    "protocols": list, "repeats": int, "duration": float, "coloured": bool, "noise": float,
-    "variation": float, "forces": bool, "quantised": bool, "measured_drive": bool,
-    "seed": int,
+    "protocols": _NAMES, "repeats": _WHOLE, "duration": _NUMBER, "coloured": _FLAG,
+    "noise": _NUMBER, "variation": _NUMBER, "forces": _FLAG, "quantised": _FLAG,
+    "measured_drive": _FLAG, "seed": _WHOLE,
 }  # fmt: skip
 """Options of `pamsim.twins.hide.hide`."""
 
-_EXAMINED: Mapping[str, Mapping[str, type]] = {
+_EXAMINED = {
     "diagnose": {
-        "effects": list, "without": list, "nuisance": list, "hold_out": list,
-        "alpha": float, "material": float,
+        "effects": _NAMES, "without": _NAMES, "nuisance": _NAMES, "hold_out": _NAMES,
+        "alpha": _NUMBER, "material": _NUMBER,
     },
     "calibrate": {
-        "free": list, "bounds": dict, "prior": bool, "channels": list, "hold_out": list,
-        "starts": int,
+        "free": _NAMES, "bounds": Entry(Mapping, "a table", None), "prior": _FLAG,
+        "channels": _NAMES, "hold_out": _NAMES, "starts": _WHOLE,
     },
 }  # fmt: skip
 """Options of `pamsim.diagnosis.options.Options` and `pamsim.calibration.calibrate.calibrate`."""
@@ -107,7 +114,7 @@ class Examine(Job):
         for name, value in run.items():
             if name in _INPUTS:
                 given = to_si(float(value), self.units[name], _INPUTS[name], where=f"vary.{name}")
-                whole = _RECORDED[name] is int
+                whole = _RECORDED[name] is _WHOLE
                 if whole and not given.is_integer():
                     raise InputError(f"vary.{name} is {given:g}; it must be a whole number")
                 options[name] = int(given) if whole else given
@@ -157,11 +164,11 @@ def examine(
     Raises:
         InputError: for an option or a factor that does not fit the job or the rig.
     """
-    known = {**_RECORDED, **_EXAMINED[job]}
-    for key in table:
-        if key not in known:
-            raise InputError(f"experiment.{key}: no such option; {nearest(str(key), known)}")
-    options = {key: _checked(f"experiment.{key}", table[key], known[key]) for key in table}
+    stated = check_table(table, {**_RECORDED, **_EXAMINED[job]}, "experiment")
+    options = {key: stated[key] for key in table}
+    if "bounds" in options:
+        own = dict.fromkeys(options["bounds"], _ENDS)
+        options["bounds"] = check_table(options["bounds"], own, "experiment.bounds")
     known_units = checked_units(first, units, _INPUTS)
     own = [name for name in known_units if name not in _INPUTS]
     effects = [name for name in own if is_effect(first, name)]
@@ -186,26 +193,3 @@ def examine(
         units=known_units,
         parameters=tuple(dict.fromkeys(judged)),
     )
-
-
-def _ends(where: str, ends: Any) -> tuple[float, float]:
-    if not isinstance(ends, list | tuple) or len(cast("Sequence[Any]", ends)) != 2:
-        raise InputError(f"{where} is {ends!r}; it must be the two ends of a range: [low, high]")
-    low, high = cast("Sequence[Any]", ends)
-    return number(where, low), number(where, high)
-
-
-def _checked(where: str, value: Any, kind: type) -> Any:
-    """An option of a study as its function takes it."""
-    if kind is float:
-        return number(where, value)
-    if kind is int and number(where, value) != int(value):
-        raise InputError(f"{where} is {value!r}; it must be a whole number")
-    if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
-        words = {list: "a list of names", bool: "true or false", str: "text", dict: "a table"}
-        raise InputError(f"{where} is {value!r}; it must be {words.get(kind, 'a whole number')}")
-    if kind is dict:
-        return {name: _ends(f"{where}.{name}", ends) for name, ends in value.items()}
-    if kind is list and not all(isinstance(one, str) for one in value):
-        raise InputError(f"{where} is {value!r}; it must be a list of names")
-    return value

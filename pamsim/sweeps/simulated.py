@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from pamsim.core.errors import InputError, PamsimError
+from pamsim.core.toml_tables import Entry, check_table
 from pamsim.core.units import PA_PER_KPA, to_si
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.preflight import refuse_above_supply
@@ -18,7 +19,7 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_figure_units, step_figures
-from pamsim.sweeps.design import Value, number
+from pamsim.sweeps.design import FINITE, Value, are_numbers
 from pamsim.sweeps.job import RIG, Job, Row, checked_units, loaded, with_values
 
 _Pair: TypeAlias = tuple[Rig, Experiment]
@@ -26,8 +27,16 @@ _Varied: TypeAlias = tuple[str, tuple[tuple[str, Value], ...]]
 
 _INPUT = re.compile(r"(start_pressure|final)_[1-9]\d*")
 _UNITS = {"pressure_set": "kPa", "valve": "1"}
-_NUMBERS = ("duration", "load", "sample_hz", "settle")
-_KEYS = {"drive", "start_pressure", "final", *_NUMBERS}
+_OF_MUSCLES = Entry(list, "[...], a number for each muscle", holds=are_numbers)
+_EXPERIMENT = {
+    "drive": Entry(str, " or ".join(_UNITS), "pressure_set", _UNITS.__contains__),
+    "start_pressure": _OF_MUSCLES,
+    "final": _OF_MUSCLES,
+    "duration": replace(FINITE, write="the length of each run in seconds"),
+    "load": replace(FINITE, default=0.0),
+    "sample_hz": replace(FINITE, default=200.0),
+    "settle": replace(FINITE, default=4.0),
+}
 BLOCK = 128
 """Runs in a block: each block loads the rig."""
 
@@ -53,10 +62,10 @@ class SimulateStep(Job):
     start_pressure: tuple[float, ...]
     final: tuple[float, ...]
     duration: float
-    load: float = 0.0
-    sample_hz: float = 200.0
-    settle: float = 4.0
-    units: Mapping[str, str] = field(default_factory=dict[str, str])
+    load: float
+    sample_hz: float
+    settle: float
+    units: Mapping[str, str]
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
@@ -147,36 +156,23 @@ def simulate_step(
     Raises:
         InputError: for an experiment or a factor that does not fit the rig.
     """
-    unknown = sorted(set(table) - _KEYS)
-    if unknown:
-        raise InputError(f"experiment.{unknown[0]} is not known; it has {', '.join(sorted(_KEYS))}")
-    drive = table.get("drive", "pressure_set")
-    if drive not in list(_UNITS):
-        raise InputError(f"experiment.drive is {drive!r}; it may be {' or '.join(_UNITS)}")
-    muscles = len(first.muscles)
-    numbers: dict[str, Any] = {
-        key: number(f"experiment.{key}", table[key]) for key in _NUMBERS if key in table
-    }
-    if "duration" not in numbers:
-        raise InputError("experiment.duration is missing: the length of each run in seconds")
-    inputs = _input_units(drive, muscles)
+    stated, muscles = check_table(table, _EXPERIMENT, "experiment"), len(first.muscles)
+    for key in ("start_pressure", "final"):
+        if len(stated[key]) != muscles:
+            raise InputError(
+                f"experiment.{key} must list a number for each of the {muscles} muscles"
+            )
+        stated[key] = tuple(map(float, stated[key]))
+    for key in ("duration", "load", "sample_hz", "settle"):
+        stated[key] = float(stated[key])
+    inputs = _input_units(stated["drive"], muscles)
     for name in units:
         if _INPUT.fullmatch(name) and name not in inputs:
             raise InputError(f"vary.{name}: {first.name} has {muscles} muscles")
     return SimulateStep(
         rig=rig,
-        drive=drive,
-        start_pressure=_per_muscle("start_pressure", table, muscles),
-        final=_per_muscle("final", table, muscles),
         units=checked_units(first, units, inputs),
         outputs=step_figure_units(first.names),
         runs_in_block=BLOCK,
-        **numbers,
+        **stated,
     )
-
-
-def _per_muscle(key: str, table: Mapping[str, Any], muscles: int) -> tuple[float, ...]:
-    values = table.get(key)
-    if not isinstance(values, list) or len(values) != muscles:
-        raise InputError(f"experiment.{key} must list a number for each of the {muscles} muscles")
-    return tuple(number(f"experiment.{key}", value) for value in values)

@@ -12,7 +12,7 @@ from typing import Any
 
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.toml_tables import read_toml
+from pamsim.core.toml_tables import Entry, check_table, read_toml
 from pamsim.engine.rig import rig_digest
 from pamsim.recordings.rig_file import refuse_code
 from pamsim.sweeps.design import Design, Factor, Runs, factor, runs_of
@@ -21,7 +21,17 @@ from pamsim.sweeps.job import RIG, Job, loaded
 from pamsim.sweeps.simulated import simulate_step
 
 SCHEMA = "pamsim-sweep/1"
-_KEYS = ("schema", "rig", "job", "design", "runs", "seed", "experiment", "vary")
+_COUNT = Entry(int, "a whole number, not below 0", 0, lambda count: count >= 0)
+_STUDY = {
+    "schema": Entry(write=f'"{SCHEMA}"', holds=lambda schema: schema == SCHEMA),
+    "rig": Entry(write='"...", the name of a shipped rig, or a rig folder', default="mas20_arm"),
+    "job": Entry(default="simulate"),
+    "design": Entry(default=Design.GRID.value),
+    "runs": _COUNT,
+    "seed": _COUNT,
+    "experiment": Entry(Mapping, "..., as a table [experiment]"),
+    "vary": Entry(Mapping, "..., as tables [vary.NAME]"),
+}
 _JOBS = ("simulate", "diagnose", "calibrate")
 
 
@@ -78,37 +88,26 @@ def read_study(
 
 
 def _study(table: Mapping[str, Any], *, trusted: bool) -> Study:
-    for key in table:
-        if key not in _KEYS:
-            raise InputError(f"no key {key!r}; {nearest(key, _KEYS)}")
-    if table.get("schema") != SCHEMA:
-        raise InputError(f"schema is {table.get('schema')!r}; it must be {SCHEMA!r}")
-    vary, experiment = table.get("vary"), table.get("experiment")
-    if not isinstance(vary, Mapping) or not isinstance(experiment, Mapping):
-        raise InputError("a study needs a table [experiment] and tables [vary.NAME]")
-    what = table.get("job", "simulate")
-    if what not in _JOBS:
-        raise InputError(f"no job {what!r}; {nearest(str(what), _JOBS)}")
-    rig, design = table.get("rig", "mas20_arm"), table.get("design", "grid")
-    if not isinstance(rig, str):
-        raise InputError("rig must be the name of a shipped rig, or a rig folder")
-    if design not in list(Design):
-        raise InputError(f"no design {design!r}; {nearest(str(design), [d.value for d in Design])}")
-    factors = tuple(factor(str(name), own) for name, own in vary.items())
-    base, seed = _count("runs", table.get("runs", 0)), _count("seed", table.get("seed", 0))
-    runs = runs_of(Design(design), factors, base, seed)
+    study = check_table(table, _STUDY, "study")
+    what, rig, design = study["job"], study["rig"], study["design"]
+    for name, known in (("job", _JOBS), ("design", [one.value for one in Design])):
+        if study[name] not in known:
+            raise InputError(f"no {name} {study[name]!r}; {nearest(study[name], known)}")
+    factors = tuple(factor(str(name), own) for name, own in study["vary"].items())
+    runs = runs_of(Design(design), factors, study["runs"], study["seed"])
     rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
     units = {f.name: f.unit for f in factors if f.name != RIG}
     rigs_used = rigs or [rig]
     for name in () if trusted else rigs_used:
         refuse_code(name, "you trust the rigs of the study: give `trust_rig`")
-    known = list(loaded(rigs_used).values())
+    loaded_rigs = list(loaded(rigs_used).values())
+    experiment, first = study["experiment"], loaded_rigs[0]
     job = (
-        simulate_step(experiment, rig, known[0], units)
+        simulate_step(experiment, rig, first, units)
         if what == "simulate"
-        else examine(what, experiment, rig, known[0], units)
+        else examine(what, experiment, rig, first, units)
     )
-    content = [rig_digest(one) for one in known]
+    content = [rig_digest(one) for one in loaded_rigs]
     stated = json.loads(json.dumps({"design": design, "rig": rig, **table}))
     text = json.dumps([stated, content, versions("scipy")], sort_keys=True)
     return Study(
@@ -116,15 +115,9 @@ def _study(table: Mapping[str, Any], *, trusted: bool) -> Study:
         factors=factors,
         units={RIG: "", **job.units} if rigs else dict(job.units),
         design=Design(design),
-        base=base,
-        seed=seed,
+        base=study["runs"],
+        seed=study["seed"],
         runs=runs,
         job=job,
         fingerprint=hashlib.sha256(text.encode()).hexdigest(),
     )
-
-
-def _count(name: str, value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise InputError(f"{name} is {value!r}; it must be a whole number, not below 0")
-    return value

@@ -55,22 +55,22 @@ def test_a_factor_that_is_none_names_its_key():
         ({}, "needs values, low and high, or a distribution"),
         ({"low": 0}, "needs values, low and high, or a distribution"),
         ({"low": 2, "high": 1}, "low (2) must be below high (1)"),
-        ({**UNIT, "count": 1}, "count is 1; it must be a whole number of 2 to"),
-        ({"values": []}, "a list of 1 to 100,000 values"),
-        ({"values": [1, "x"]}, "'x'; it must be a number"),
-        ({"values": [1], "seed": 2}, "seed cannot be used there"),
-        ({"values": [1], "unit": 3}, "unit must be text"),
+        ({**UNIT, "count": 1}, "count = 1; write count = a whole number of 2 to"),
+        ({"values": []}, "a list of 1 to 100,000 numbers"),
+        ({"values": [1, "x"]}, "'x']; write values = a list of"),
+        ({"values": [1], "seed": 2}, "unknown key seed"),
+        ({"values": [1], "unit": 3}, "unit = 3; write unit = "),
         ({"distribution": "nrom"}, "no distribution 'nrom'; did you mean 'norm'"),
         ({"distribution": ["norm"]}, "no distribution ['norm']"),
         ({"distribution": "gamma"}, "gamma takes loc, scale, a"),
         ({"distribution": "norm", "scale": -1}, "scale must be above 0"),
-        ({"distribution": "norm", "loc": float("nan")}, "it must be a number"),
+        ({"distribution": "norm", "loc": float("nan")}, "loc = nan; write loc = a finite number"),
     ):
         with refused("vary.chamber.dead_volume", message):
             factor("chamber.dead_volume", table)
     for table, message in (
-        (UNIT, "vary.rig needs values"),
-        ({"values": ["mas20_arm"], "unit": "kPa"}, "vary.rig: unit cannot be used there"),
+        (UNIT, "vary.rig: unknown key low"),
+        ({"values": ["mas20_arm"], "unit": "kPa"}, "vary.rig: unknown key unit"),
     ):
         with refused(message):
             factor("rig", table)
