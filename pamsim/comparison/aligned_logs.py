@@ -7,7 +7,6 @@ one protocol are repeats of each other from their first command on: what comes b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -78,7 +77,10 @@ def _cut(trials: Sequence[Trial], late: Sequence[int]) -> list[Trial]:
     count = min(trial.time.size - row for trial, row in zip(trials, begins, strict=True))
     if count < (1.0 - _MOST_CUT) * max(trial.time.size for trial in trials):
         return list(trials)
-    return [_rows(trial, row, count) for trial, row in zip(trials, begins, strict=True)]
+    return [
+        trial if count == trial.time.size else trial.rows(slice(row, row + count))
+        for trial, row in zip(trials, begins, strict=True)
+    ]
 
 
 def _first_command(trial: Trial) -> int:
@@ -89,15 +91,3 @@ def _first_command(trial: Trial) -> int:
             return 0
     changed = np.any(np.diff(trial.command[:, held], axis=0) != 0.0, axis=1)
     return 1 + int(np.argmax(changed)) if changed.any() else 0
-
-
-def _rows(trial: Trial, begin: int, count: int) -> Trial:
-    if count == trial.time.size:
-        return trial
-    rows = slice(begin, begin + count)
-    return replace(
-        trial,
-        time=trial.time[rows] - trial.time[begin],
-        command=trial.command[rows],
-        measured={channel: values[rows] for channel, values in trial.measured.items()},
-    )

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -173,17 +173,10 @@ def _tried(correction: Correction, trials: Sequence[Trial], rows: Sequence[int])
     ]
     return _Tried(
         correction,
-        [_first(trial, count) for trial, count in zip(trials, counts, strict=True)],
-        [_first(trial, count) for trial, count in zip(after, counts, strict=True)],
-    )
-
-
-def _first(trial: Trial, count: int) -> Trial:
-    return replace(
-        trial,
-        time=trial.time[:count],
-        command=trial.command[:count],
-        measured={channel: values[:count] for channel, values in trial.measured.items()},
+        *(
+            [trial.rows(slice(count)) for trial, count in zip(own, counts, strict=True)]
+            for own in (trials, after)
+        ),
     )
 
 

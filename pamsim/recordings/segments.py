@@ -137,27 +137,21 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
     if begin > last or last + trial.sample_interval + _ROUNDING < end < math.inf:
         raise InputError(f"{asked} is not in the log, which ends at {last:g} s")
     at, first, stop = np.searchsorted(time, np.array([begin - lead, begin, end]) - _ROUNDING)
-    rows, before = slice(first, stop), slice(at, first)
     if stop - first < FEWEST_ROWS:
         raise InputError(f"{asked} has {stop - first} rows; a trial needs {FEWEST_ROWS} or more")
     lead_in = None
     if at < first:
         pressures = [trial.measured.get(channel) for channel in trial.pressure_channels]
         start = [math.nan if values is None else values[at] for values in pressures]
+        before = trial.rows(slice(at, first))
         lead_in = TrialLead(
-            time=time[before] - time[at],
+            time=before.time,
             duration=float(time[first] - time[at]),
-            command=trial.command[before],
+            command=before.command,
             start_pressure=np.array(start),
-            measured={channel: values[before] for channel, values in trial.measured.items()},
+            measured=before.measured,
         )
-    return replace(
-        trial,
-        time=time[rows] - time[first],
-        command=trial.command[rows],
-        measured={channel: values[rows] for channel, values in trial.measured.items()},
-        lead_in=lead_in,
-    )
+    return replace(trial.rows(slice(first, stop)), lead_in=lead_in)
 
 
 def _inputs_apart(trials: list[Trial]) -> list[Trial]:

@@ -104,6 +104,15 @@ class Trial:
             lead_in=None,
         )
 
+    def rows(self, rows: slice) -> Trial:
+        """Some rows as a trial, whose time begins at 0; it has the same lead-in."""
+        return replace(
+            self,
+            time=self.time[rows] - self.time[rows.start or 0],
+            command=self.command[rows],
+            measured={channel: values[rows] for channel, values in self.measured.items()},
+        )
+
     @property
     def pressure_channels(self) -> tuple[str, ...]:
         """Channel of each muscle's pressure, measured or not."""
