@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from pamsim.comparison.chain_runs import COARSE, Values, plain
+from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.experiments import table_experiments
 from pamsim.comparison.links import JOINT, MUSCLE, Link
 from pamsim.comparison.trial_prediction import AT_REST, rest_as_read
@@ -53,7 +55,7 @@ class Unit:
 
 
 class RestSimulator:
-    """A predictor of rows as a `pamsim.comparison.link_simulator.LinkSimulator`.
+    """A predictor of rows as a `LinkSimulator`.
 
     Args:
         predict: see `PredictRest`.
@@ -140,6 +142,11 @@ class RestSimulator:
             if only is None or block.unit in only:
                 whole[block.rows] = residual[block.rows]
         return whole
+
+
+LinkSimulator: TypeAlias = ChainSimulator | RestSimulator
+"""What a fit of effects needs, of trials or rows at rest: residuals of links as one vector, in
+blocks of rows, and groups of units that repeat each other."""
 
 
 def table_blocks(table: StaticTable, variance: float) -> tuple[Block, ...]:

@@ -15,9 +15,8 @@ from scipy.stats import chi2
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_runs import Values, plain
-from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
-from pamsim.comparison.rest_simulator import RestSimulator
+from pamsim.comparison.rest_simulator import LinkSimulator, RestSimulator
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray

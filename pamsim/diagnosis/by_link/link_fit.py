@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_runs import MIDDLE, Values, in_link
-from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
+from pamsim.comparison.rest_simulator import LinkSimulator
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.units import Units

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.comparison.link_simulator import LinkSimulator
+from pamsim.comparison.rest_simulator import LinkSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.limits import USUAL, Limits

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.candidate import Probe
-from pamsim.comparison.link_simulator import LinkSimulator
-from pamsim.comparison.rest_simulator import RestSimulator
+from pamsim.comparison.rest_simulator import LinkSimulator, RestSimulator
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_rest import RestFitter, diagnose_rest
