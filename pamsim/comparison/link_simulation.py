@@ -23,7 +23,6 @@ from dataclasses import replace
 import numpy as np
 
 from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate
-from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
 from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
@@ -31,7 +30,7 @@ from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-from pamsim.recordings.signals import EFFORTS
+from pamsim.recordings.signals import EFFORTS, MOTIONS
 from pamsim.recordings.trial import Trial, TrialLead
 
 Signals = Mapping[str, FloatArray]
@@ -70,7 +69,7 @@ def link_experiment(
         drive[muscle] = "measured" if run.pressures else kind
     for joint, kind in rig.joints.items():
         if joint in run.moved:
-            drive[joint] = DRIVES_OF_MOTION[kind]
+            drive[joint] = MOTIONS[kind]
         elif joint in drives.joints or (joint == run.pulled and torque is not None):
             drive[joint] = EFFORTS[kind]
 

@@ -1,4 +1,8 @@
-"""Safe inputs of a rig of antagonistic muscles that show what its model is missing."""
+"""Safe inputs that show what a rig's model is missing.
+
+Of antagonistic muscles, and of a rig whose joints are moved by a machine: a tensile machine, a
+dynamometer.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +14,10 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.engine.rig import Rig
 from pamsim.recordings.excitation import bursts, held_levels, multisine, triangle
 from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.signals import MOTIONS
 
 Drive = Callable[[FloatArray, np.random.Generator], FloatArray]
 
@@ -28,6 +34,9 @@ MULTISINE_LINES = 12  # odd harmonics, up to 5.75 Hz
 
 _MIDDLE = 2.5e5  # common pressure about which trials move [Pa]
 _SUPPLY = 5e5  # gauge pressure that no set point reaches [Pa]
+_ROUNDED = 0.1  # time over which corners of an imposed motion are rounded [s]
+_LOW, _HIGH = 0.35, 0.88
+"""Part of a joint's range that is moved over; at its upper end a muscle pulls."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +75,7 @@ class Protocol:
             supply: gauge pressure of the rig's supply [Pa]. Below 5 bar all pressures are lower in
                 proportion.
         """
-        share = share_of_supply(supply)
+        share = _share_of_supply(supply)
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
@@ -88,7 +97,7 @@ class Protocol:
         )
 
 
-def share_of_supply(supply: float) -> float:
+def _share_of_supply(supply: float) -> float:
     """Share of the library's pressures that a rig gets, by its supply's gauge pressure [Pa]."""
     return min(supply / _SUPPLY, 1.0)
 
@@ -181,3 +190,124 @@ def protocol(name: str) -> Protocol:
     if name not in PROTOCOLS:
         raise InputError(f"no protocol {name!r}; {nearest(name, PROTOCOLS)}")
     return PROTOCOLS[name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImposedMotion:
+    """An input of set points for all muscles, and of positions for all joints that a machine moves.
+
+    Attributes:
+        name: as in recordings.
+        shows: what it is for.
+        pressure: times (n,) [s] and random numbers to set points (n,) [Pa] of a supply of 5 bar;
+            they are lower in proportion where a rig's is.
+        motion: to positions (n,), -1 and 1 at the ends of the part of the range that is used.
+        command: drive of all muscles.
+        load: mass on the arm [kg].
+    """
+
+    name: str
+    shows: str
+    pressure: Drive
+    motion: Drive
+    command: str = "pressure_set"
+    load: float = 0.0
+
+    def experiment(self, rig: Rig, seed: int = 0, duration: float | None = None) -> Experiment:
+        """The experiment on a rig; the same seed gives the same one.
+
+        Args:
+            rig: whose recorded joints have ranges.
+            seed: of its random levels, periods and signs.
+            duration: [s]; `DURATION` if left out.
+
+        Raises:
+            InputError: if a joint has no range.
+        """
+        duration = DURATION if duration is None else duration
+        time = np.arange(round(duration * RATE) + 1) / RATE
+        rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
+        lower = _share_of_supply(rig.supply_pressure)
+        pressures = [lower * self.pressure(time, rng) for _ in rig.muscles]
+        shares = [_without_corners(self.motion(time, rng)) for _ in rig.joints]
+        ranges = [_range(rig, joint) for joint in rig.joints]
+        moved = [
+            low + 0.5 * (share + 1.0) * (high - low)
+            for share, (low, high) in zip(shares, ranges, strict=True)
+        ]
+        start = np.array([pressure[0] for pressure in pressures])
+        return Experiment(
+            drive={
+                **dict.fromkeys(rig.muscles, self.command),
+                **{joint: MOTIONS[kind] for joint, kind in rig.joints.items()},
+            },
+            command_time=time,
+            command_value=np.column_stack([*pressures, *moved]),
+            start_pressure=start,
+            duration=duration,
+            sample_rate=RATE,
+            load=self.load,
+            name=self.name,
+        )
+
+
+def _range(rig: Rig, joint: str) -> tuple[float, float]:
+    index = rig.model.joint(joint).id
+    if not rig.model.jnt_limited[index]:
+        raise InputError(
+            f"rig {rig.name!r}: joint {joint!r} has no range, within which it could be moved; state"
+            " one in the MJCF"
+        )
+    low, high = rig.model.jnt_range[index].tolist()
+    return low + _LOW * (high - low), low + _HIGH * (high - low)
+
+
+def _without_corners(shape: FloatArray) -> FloatArray:
+    """A motion without corners, which no machine makes."""
+    half = round(0.5 * _ROUNDED * RATE)
+    window = np.hanning(2 * half + 3)[1:-1]
+    padded = np.pad(shape, half, mode="edge")
+    smooth: FloatArray = np.convolve(padded, window / window.sum(), mode="valid").astype(np.float64)
+    return smooth
+
+
+def _about_levels(middle: float, half: float, hold: float) -> Drive:
+    return lambda time, rng: middle + half * held_levels(time, hold, 4, rng)
+
+
+def _triangles(middle: float, half: float, shrink: float) -> Drive:
+    def drawn(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        period, sign = rng.uniform(1.2, 1.8), rng.choice([-1.0, 1.0])
+        return middle + half * sign * triangle(time, period, shrink)
+
+    return drawn
+
+
+def _one_level(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    return np.full(time.size, rng.uniform(-0.4, 0.6))
+
+
+IMPOSED_MOTIONS: dict[str, ImposedMotion] = {
+    one.name: one
+    for one in (
+        ImposedMotion(
+            name="stretch",
+            shows="hysteresis and friction: loops of length at held pressures",
+            pressure=_about_levels(2.5e5, 1.5e5, 1.5),
+            motion=_triangles(0.0, 1.0, 0.8),
+        ),
+        ImposedMotion(
+            name="isometric",
+            shows="what pressure does to the force at a length that is held",
+            pressure=_triangles(2.3e5, 1.8e5, 0.8),
+            motion=_one_level,
+        ),
+        ImposedMotion(
+            name="relaxation",
+            shows="creep and leaks: lengths held at a held pressure",
+            pressure=_about_levels(2.5e5, 1.2e5, 4.0),
+            motion=_about_levels(0.0, 0.9, 1.0),
+        ),
+    )
+}
+"""Name -> input."""

@@ -96,6 +96,8 @@ MUSCLE_DRIVES = {name: kind for name, kind in DRIVES.items() if kind.of == "musc
 JOINT_DRIVES = {name: kind for name, kind in DRIVES.items() if kind.of != "muscle"}
 IMPOSED = tuple(name for name, kind in JOINT_DRIVES.items() if kind.quantity in JOINT_KINDS)
 """Drives of a joint that set its motion."""
+MOTIONS = {JOINT_DRIVES[name].of: name for name in IMPOSED}
+"""Kind of a joint's position -> drive that imposes it."""
 
 
 def kind_of(channel: str) -> str:

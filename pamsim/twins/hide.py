@@ -12,8 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
-from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
-from pamsim.comparison.protocols import PROTOCOLS, protocol
+from pamsim.comparison.protocols import IMPOSED_MOTIONS, PROTOCOLS, protocol
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch

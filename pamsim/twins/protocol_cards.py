@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS, ImposedMotion
-from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, Protocol
+from pamsim.comparison.protocols import (
+    DURATION,
+    IMPOSED_MOTIONS,
+    PROTOCOLS,
+    RATE,
+    ImposedMotion,
+    Protocol,
+)
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.recordings.signals import MUSCLE_DRIVES

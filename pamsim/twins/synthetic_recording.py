@@ -31,7 +31,7 @@ class HideSettings:
 
     Attributes:
         protocols: names of the inputs: of `pamsim.comparison.protocols`, all that the rig can take
-            if left out, or of `pamsim.comparison.imposed_motion`.
+            if left out, or of `pamsim.comparison.protocols.IMPOSED_MOTIONS`.
         repeats: trials of each input, in each of its two settings.
         duration: of a trial [s]; the protocols' own if left out.
         coloured: True for noise half of which drifts (AR(1)), False for white noise.

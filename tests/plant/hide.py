@@ -18,8 +18,7 @@ import click
 from pamsim.cli import hide as library
 from pamsim.cli.command import Command
 from pamsim.comparison.effects_on_rig import forms, rig_name
-from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
-from pamsim.comparison.protocols import PROTOCOLS
+from pamsim.comparison.protocols import IMPOSED_MOTIONS, PROTOCOLS
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.effect import AT

@@ -8,9 +8,8 @@ import pytest
 
 import pamsim
 from pamsim.comparison.experiments import as_read
-from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, protocol
+from pamsim.comparison.protocols import DURATION, IMPOSED_MOTIONS, PROTOCOLS, RATE, protocol
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.errors import InputError
 from pamsim.engine.simulate import prepare
