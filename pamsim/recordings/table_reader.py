@@ -158,40 +158,30 @@ def _refuse_grouped(
     have three digits at most.
     """
     for group in ",.":
-        if len({text.count(group) for text in texts}) > 1 or group == ",":
-            _refuse_grouped_by(group, path, header, lines, texts, mark)
-
-
-def _refuse_grouped_by(
-    group: str,
-    path: Path,
-    header: Sequence[str],
-    lines: Sequence[int],
-    texts: Sequence[str],
-    mark: str | None,
-) -> None:
-    first: dict[int, int] = {}  # column -> row of its first mark
-    without: set[int] = set()
-    possible = set(range(len(header)))
-    for row, text in enumerate(texts):
-        cells = text.split(mark)
-        for i in list(possible):
-            cell = cells[i].strip(_AROUND)
-            if _GROUPED[group].fullmatch(cell):
-                first.setdefault(i, row)
-            elif not _UNGROUPED.fullmatch(cell):
-                possible.remove(i)
-            elif _SURE[group].fullmatch(cell):
-                without.add(i)
-        if not possible:
-            return
-    for i in sorted(possible & without & first.keys()):
-        cell = texts[first[i]].split(mark)[i].strip(_AROUND)
-        raise InputError(
-            f"{path}: line {lines[first[i]]}: {header[i]} = {cell} looks like"
-            f" {cell.replace(group, '')} with a separator of thousands, and would be read as"
-            f" {cell.replace(group, '.', 1)}; write numbers without separators"
-        )
+        if group == "." and len({text.count(group) for text in texts}) == 1:
+            continue
+        first: dict[int, int] = {}  # column -> row of its first mark
+        without: set[int] = set()
+        possible = set(range(len(header)))
+        for row, text in enumerate(texts):
+            cells = text.split(mark)
+            for i in list(possible):
+                cell = cells[i].strip(_AROUND)
+                if _GROUPED[group].fullmatch(cell):
+                    first.setdefault(i, row)
+                elif not _UNGROUPED.fullmatch(cell):
+                    possible.remove(i)
+                elif _SURE[group].fullmatch(cell):
+                    without.add(i)
+            if not possible:
+                break
+        for i in sorted(possible & without & first.keys()):
+            cell = texts[first[i]].split(mark)[i].strip(_AROUND)
+            raise InputError(
+                f"{path}: line {lines[first[i]]}: {header[i]} = {cell} looks like"
+                f" {cell.replace(group, '')} with a separator of thousands, and would be read as"
+                f" {cell.replace(group, '.', 1)}; write numbers without separators"
+            )
 
 
 def _numbers(texts: list[str], mark: str | None) -> dict[int, FloatArray]:
