@@ -28,17 +28,11 @@ def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """Values of an effect's parameters at which its signature is computed.
+    """Values of an effect's parameters at which its signature is computed."""
 
-    Attributes:
-        size: in units of the effect's typical one.
-        values: rig parameter -> value [SI].
-        shape: numbers without influence while the effect is absent, in order.
-    """
-
-    size: float
-    values: dict[str, float]
-    shape: tuple[float, ...] = ()
+    size: float  # in units of the effect's typical one
+    values: dict[str, float]  # rig parameter -> value [SI]
+    shape: tuple[float, ...] = ()  # numbers without influence while the effect is absent, in order
 
     def same_shape(self, other: Probe) -> bool:
         """Whether the two differ in size only."""
@@ -47,22 +41,15 @@ class Probe:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """An effect that a rig's model may be missing.
+    """An effect that a rig's model may be missing."""
 
-    Attributes:
-        effect: which.
-        parameters: ranges of what it frees, under the rig's names; the one that measures its size
-            first.
-        neutral: values at which it is absent [SI]; none for numbers without influence then.
-        probes: values at which its signature is computed.
-        usual: whether this is the form that is taken unless another is better by far.
-    """
-
-    effect: Effect
+    effect: Effect  # which
+    # Ranges of what it frees, under the rig's names; the one that measures its size first
     parameters: tuple[FreeParameter, ...]
+    # Values at which it is absent [SI]; none for numbers without influence then
     neutral: dict[str, float]
-    probes: tuple[Probe, ...]
-    usual: bool = True
+    probes: tuple[Probe, ...]  # values at which its signature is computed
+    usual: bool = True  # whether this is the form that is taken unless another is better by far
 
     @property
     def name(self) -> str:

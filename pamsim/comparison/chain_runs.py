@@ -329,19 +329,10 @@ def link_residuals(
     simulated: Callable[[], None] | None = None,
     steps: int = 1,
 ) -> Residuals:
-    """Simulated minus measured, for every link that the trials separate.
+    """Residual of every output of every link that the trials separate, from the command on.
 
-    Args:
-        rig: as it is.
-        trials: with channels as the rig names them.
-        divided: into which links.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-        steps: fine time steps in one, at most.
-
-    Returns:
-        Residual of every output of every trial, links from the command on. Runs that break down are
-        left out.
+    Trials have channels as the rig names them. There are ``steps`` fine time steps in one, at most;
+    other arguments are those of `ChainRuns`. Runs that break down are left out.
 
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.

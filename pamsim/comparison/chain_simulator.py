@@ -47,11 +47,8 @@ passive one, on which the length of a slack muscle depends."""
 class ChainSimulator:
     """Residuals of all links as one vector, simulated minus measured.
 
-    Args:
-        rig: as it is.
-        groups: repeats, with channels as the rig names them.
-        divided: into which links.
-        threads: simulations at a time; None for one per processor.
+    Groups of repeats have channels as the rig names them; other arguments are those of
+    `pamsim.comparison.chain_runs.link_residuals`.
 
     Attributes:
         links: that the trials separate, from the command on.

@@ -22,29 +22,17 @@ def shown_unit(channel: str) -> tuple[str, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One channel of one trial, or a static table, with its simulations.
+    """One channel of one trial, or a static table, with its simulations."""
 
-    Attributes:
-        trial: name of the trial or table.
-        protocol: of the trial.
-        channel: such as ``pressure_1`` or ``knee.angle``.
-        held_out: whether it was held out of the fit.
-        time: (n,) [s]; of a static table, the numbers of its rows.
-        measured: (n,) [SI].
-        before: (n,) simulated with the rig as it was; None if a run broke down.
-        after: (n,) simulated with the calibrated rig; None if a run broke down.
-        table: the static table, or None.
-    """
-
-    trial: str
-    protocol: str
-    channel: str
-    held_out: bool
-    time: FloatArray
-    measured: FloatArray
-    before: FloatArray | None
-    after: FloatArray | None
-    table: StaticTable | None = None
+    trial: str  # name of the trial or table
+    protocol: str  # of the trial
+    channel: str  # such as ``pressure_1`` or ``knee.angle``
+    held_out: bool  # whether it was held out of the fit
+    time: FloatArray  # (n,) [s]; of a static table, the numbers of its rows
+    measured: FloatArray  # (n,) [SI]
+    before: FloatArray | None  # (n,) simulated with the rig as it was; None if a run broke down
+    after: FloatArray | None  # (n,) simulated with the calibrated rig; None if a run broke down
+    table: StaticTable | None = None  # the static table, or None
 
     def rms(self, simulated: FloatArray | None) -> float | None:
         """Root mean square of simulated minus measured, in the written unit."""

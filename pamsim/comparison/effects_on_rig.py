@@ -269,17 +269,11 @@ def _free(parameter: EffectParameter, own: RigParameter) -> FreeParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class MovableEffects:
-    """Effects that change how a rig moves, in their usual form; errors of sensors do not.
+    """Effects that change how a rig moves, in their usual form; errors of sensors do not."""
 
-    Attributes:
-        rig: as it is.
-        effects: name, with its place if there are several -> effect.
-        sizes: name -> what the rig has of it, in units of its typical size.
-    """
-
-    rig: Rig
-    effects: Mapping[str, Effect]
-    sizes: Mapping[str, float]
+    rig: Rig  # as it is
+    effects: Mapping[str, Effect]  # name, with its place if there are several -> effect
+    sizes: Mapping[str, float]  # name -> what the rig has of it, in units of its typical size
 
     def at(self, sizes: Mapping[str, float]) -> Rig:
         """The rig with effects at other sizes, name -> size; 0 is without."""

@@ -53,19 +53,12 @@ _AT_REST = ("passive.stiffness", "passive.locking")
 
 @dataclass(frozen=True, kw_only=True)
 class FreedParameter:
-    """One number that the fit moves, and every parameter of the rig that takes it.
+    """One number that the fit moves, and every parameter of the rig that takes it."""
 
-    Attributes:
-        names: parameters that take it, the one it is named after first.
-        free: its range, scale, start and prior, for the search.
-        before: the rig's parameter it is named after.
-        range_source: where its range comes from.
-    """
-
-    names: tuple[str, ...]
-    free: FreeParameter
-    before: RigParameter
-    range_source: str
+    names: tuple[str, ...]  # parameters that take it, the one it is named after first
+    free: FreeParameter  # its range, scale, start and prior, for the search
+    before: RigParameter  # the rig's parameter it is named after
+    range_source: str  # where its range comes from
 
     @property
     def name(self) -> str:

@@ -33,30 +33,19 @@ up to 0.3 floors on the shipped arm with one joint and 0.4 on that with two."""
 
 @dataclass(frozen=True, kw_only=True)
 class OutputGap:
-    """One output of one link.
+    """One output of one link."""
 
-    Attributes:
-        link: name of the link, see `pamsim.comparison.links`.
-        channel: the output, such as ``pressure_1``.
-        unit: of the numbers.
-        gap: root mean square of simulated minus measured.
-        floor: what a perfect model would be off by: noise of the output and of what is imposed, and
-            what differs between repeats.
-        missed: part of the gap that is no noise, in floors.
-        p_value: of a gap that is noise, corrected for the number of outputs.
-        floor_from: ``repeats``; else how the floor is known within trials.
-        exceeds: whether what is missed is at least `MATERIAL` and its p-value below `LEVEL`.
-    """
-
-    link: str
-    channel: str
-    unit: str
-    gap: float
+    link: str  # its name, see `pamsim.comparison.links`
+    channel: str  # the output, such as ``pressure_1``
+    unit: str  # of the numbers
+    gap: float  # root mean square of simulated minus measured
+    # What a perfect model would be off by: noise of the output and of what is imposed, and what
+    # differs between repeats
     floor: float
-    missed: float
-    p_value: float
-    floor_from: str
-    exceeds: bool
+    missed: float  # part of the gap that is no noise, in floors
+    p_value: float  # of a gap that is noise, corrected for the number of outputs
+    floor_from: str  # ``repeats``; else how the floor is known within trials
+    exceeds: bool  # whether what is missed is at least `MATERIAL` and its p-value below `LEVEL`
 
     @json_property
     def floors(self) -> float:
@@ -66,17 +55,11 @@ class OutputGap:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkGaps:
-    """The gap per link.
+    """The gap per link."""
 
-    Attributes:
-        outputs: of all links, from the command on.
-        born_in: first link whose gap exceeds its floor; empty if none does.
-        notes: what the numbers rest on, one sentence each.
-    """
-
-    outputs: tuple[OutputGap, ...]
-    born_in: str
-    notes: tuple[str, ...]
+    outputs: tuple[OutputGap, ...]  # of all links, from the command on
+    born_in: str  # first link whose gap exceeds its floor; empty if none does
+    notes: tuple[str, ...]  # what the numbers rest on, one sentence each
 
     def lines(self) -> list[str]:
         """The gap per link as a table for a screen."""
@@ -105,16 +88,8 @@ def gap_per_link(
     """Simulate every link that the trials separate, and compare its outputs with its own noise.
 
     Nothing is fitted. A floor is what repeats differ by when each is driven by its own measured
-    inputs; of inputs recorded once, it is what noise within the trial shows.
-
-    Args:
-        rig: as it is, or as it was fitted.
-        trials: with channels as the rig names them.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Raises:
-        InputError: for a trial that does not fit the rig, or does not give its start pressures.
+    inputs; of inputs recorded once, it is what noise within the trial shows. Arguments and errors
+    are those of `link_residuals`.
     """
     inputs, of_name = protocols_by_load(trials), {trial.name: trial for trial in trials}
     found_residuals = link_residuals(rig, trials, threads=threads, simulated=simulated)

@@ -111,18 +111,12 @@ def _spline(time: FloatArray, values: FloatArray, noise: float) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkInputs:
-    """Measured inputs of a trial, smoothed, with the errors of the rig's instruments.
+    """Measured inputs of a trial, smoothed, with the errors of the rig's instruments."""
 
-    Attributes:
-        pressures: number of the muscle -> (n,) [Pa].
-        positions: joint -> (n,) [rad or m].
-        noise: joint -> standard deviation that was smoothed away [rad or m].
-        before: the same of the trial's lead-in; None without one, or if it was not measured.
-    """
-
-    pressures: Mapping[int, FloatArray]
-    positions: Mapping[str, FloatArray]
-    noise: Mapping[str, float]
+    pressures: Mapping[int, FloatArray]  # number of the muscle -> (n,) [Pa]
+    positions: Mapping[str, FloatArray]  # joint -> (n,) [rad or m]
+    noise: Mapping[str, float]  # joint -> standard deviation that was smoothed away [rad or m]
+    # The same of the trial's lead-in; None without one, or if it was not measured
     before: LinkInputs | None = None
 
     def start(self, trial: Trial) -> FloatArray:

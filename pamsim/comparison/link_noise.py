@@ -51,17 +51,12 @@ _PASSES = 10
 tenth (0.89 of it; 0.73 as left by the trends)."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class OutputNoise:
-    """Noise of an output.
+    """Noise of an output."""
 
-    Attributes:
-        noise: of its residual.
-        source: how it is known.
-    """
-
-    noise: ArNoise
-    source: FloorRoute
+    noise: ArNoise  # of its residual
+    source: FloorRoute  # how it is known
 
 
 def link_noise(
@@ -74,12 +69,8 @@ def link_noise(
 ) -> dict[Output, OutputNoise]:
     """Noise of every output of every link.
 
-    Args:
-        rig: as it is.
-        trials: with channels as the rig names them.
-        exact: residual of the rig as it is, each trial driven by its own measured inputs.
-        divided: into which links.
-        threads: simulations at a time; None for one per processor.
+    ``exact`` is the residual of the rig as it is, each trial driven by its own measured inputs;
+    other arguments are those of `pamsim.comparison.chain_runs.link_residuals`.
     """
     found: dict[Output, OutputNoise] = {}
     groups = repeats(trials)
@@ -98,14 +89,10 @@ def link_noise(
         one = repeated or _by_periods(logs) or _by_holds(logs)
         if one is None or stated:
             read_again = read_again or _read_again(rig, trials, exact, divided, threads)
-            drawn = [
-                read_again[link, n, channel] for n in names if (link, n, channel) in read_again
-            ]
-            again = fit_ar_noise(drawn)
+            keys = [(link, name, channel) for name in names]
+            again = fit_ar_noise([read_again[key] for key in keys if key in read_again])
             if one is None or again.standard_deviation > one.noise.standard_deviation:
-                one = OutputNoise(
-                    noise=again, source=FloorRoute.REPEATS if repeated else unrepeated
-                )
+                one = OutputNoise(again, FloorRoute.REPEATS if repeated else unrepeated)
         # A reading that does not change while a command is held has the noise of its rounding, as
         # have repeats that read the same.
         shown = sample_noise if repeated is None else rounding_noise
@@ -120,22 +107,19 @@ def _by_repeats(
     groups: Sequence[Repeats], residuals: Mapping[str, FloatArray]
 ) -> OutputNoise | None:
     """Noise by what trials of one input differ by; None without such trials."""
-    protocols = [
+    runs = [
         np.stack([residuals[trial.name] for trial in group.trials])
         for group in groups
         if len(group.trials) > 1 and all(trial.name in residuals for trial in group.trials)
     ]
-    return _of_runs(protocols, FloorRoute.REPEATS)
+    return OutputNoise(noise_from_repeats(runs), FloorRoute.REPEATS) if runs else None
 
 
 def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
     """Noise by what the periods of a command differ by, all but the first."""
     each = [periods(residual, trial.command) for trial, residual in logs]
-    return _of_runs([runs for runs in each if runs is not None], FloorRoute.PERIODS)
-
-
-def _of_runs(protocols: Sequence[FloatArray], source: FloorRoute) -> OutputNoise | None:
-    return OutputNoise(noise=noise_from_repeats(protocols), source=source) if protocols else None
+    runs = [own for own in each if own is not None]
+    return OutputNoise(noise_from_repeats(runs), FloorRoute.PERIODS) if runs else None
 
 
 def _by_holds(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
@@ -148,7 +132,7 @@ def _by_holds(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
     held = [part for part in held if part.size >= _SHORTEST]
     if sum(map(len, held)) < _ENOUGH * sum(residual.size for _, residual in logs):
         return None
-    return OutputNoise(noise=_about_trends(held), source=FloorRoute.HOLDS)
+    return OutputNoise(_about_trends(held), FloorRoute.HOLDS)
 
 
 def _about_trends(parts: Sequence[FloatArray]) -> ArNoise:

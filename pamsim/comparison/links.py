@@ -49,13 +49,9 @@ def in_links(names: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Link:
-    """Neighbouring parts of the chain between two measured signals.
+    """Neighbouring parts of the chain between two measured signals."""
 
-    Attributes:
-        parts: of `PARTS`, in their order.
-    """
-
-    parts: tuple[str, ...]
+    parts: tuple[str, ...]  # of `PARTS`, in their order
 
     @property
     def name(self) -> str:
@@ -75,21 +71,14 @@ class Link:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkRun:
-    """How one link of a rig is simulated beside one trial.
+    """How one link of a rig is simulated beside one trial."""
 
-    Attributes:
-        link: which.
-        outputs: channels that are compared.
-        pressures: whether muscles have their measured pressures; else they are driven as recorded.
-        moved: joints whose measured motion is imposed.
-        pulled: joint that is given the measured forces; empty where muscles exert their own.
-    """
-
-    link: Link
-    outputs: tuple[str, ...]
+    link: Link  # which
+    outputs: tuple[str, ...]  # channels that are compared
+    # Whether muscles have their measured pressures; else they are driven as recorded
     pressures: bool
-    moved: tuple[str, ...] = ()
-    pulled: str = ""
+    moved: tuple[str, ...] = ()  # joints whose measured motion is imposed
+    pulled: str = ""  # joint that is given the measured forces; empty where muscles exert their own
 
     @property
     def gives_forces(self) -> bool:

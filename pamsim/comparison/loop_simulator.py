@@ -37,17 +37,12 @@ _LAGS = (4.0, 1.0, 2.0, 8.0, 16.0)  # points of the path
 
 @dataclass(frozen=True, kw_only=True)
 class LoopEffect:
-    """One form of an effect.
+    """One form of an effect."""
 
-    Attributes:
-        effect: which; its first parameter is how far it opens the loop.
-        signal: scaled input along the path (n,), and the number of its shape, to the signal (n,).
-        moving: True for what vanishes where readings are taken at rest.
-    """
-
-    effect: Effect
+    effect: Effect  # which; its first parameter is how far it opens the loop
+    # Scaled input along the path (n,), and the number of its shape, to the signal (n,)
     signal: Callable[[FloatArray, float], FloatArray]
-    moving: bool = False
+    moving: bool = False  # True for what vanishes where readings are taken at rest
 
 
 def _along(path: FloatArray, step: Callable[[float, float], float]) -> FloatArray:
@@ -177,18 +172,12 @@ LOOP_EFFECTS: tuple[LoopEffect, ...] = (
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Readings along a path of the pressure, up and down.
+    """Readings along a path of the pressure, up and down."""
 
-    Attributes:
-        pressure: (n,) in the order of the path [Pa].
-        length: (n,) [m].
-        rising: (n,) True on a rising branch.
-        error: (n,) standard error of each length [m], or None if it is not known.
-    """
-
-    pressure: FloatArray
-    length: FloatArray
-    rising: NDArray[np.bool_]
+    pressure: FloatArray  # (n,) in the order of the path [Pa]
+    length: FloatArray  # (n,) [m]
+    rising: NDArray[np.bool_]  # (n,) True on a rising branch
+    # (n,) standard error of each length [m], or None if it is not known
     error: FloatArray | None = None
 
 

@@ -17,21 +17,13 @@ from pamsim.recordings.trial import Trial, of_rig
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationData:
-    """Measurements of one rig.
+    """Measurements of one rig."""
 
-    Attributes:
-        sources: where they were read from, as given.
-        rig: name or path of the rig the recordings belong to, or None if there are none.
-        trials: over time.
-        tables: of angles at rest.
-        notes: what a reader should know, one sentence each.
-    """
-
-    sources: tuple[str, ...]
-    rig: str | None
-    trials: tuple[Trial, ...]
-    tables: tuple[StaticTable, ...]
-    notes: tuple[str, ...] = ()
+    sources: tuple[str, ...]  # where they were read from, as given
+    rig: str | None  # name or path of the rig the recordings belong to, or None if there are none
+    trials: tuple[Trial, ...]  # over time
+    tables: tuple[StaticTable, ...]  # of angles at rest
+    notes: tuple[str, ...] = ()  # what a reader should know, one sentence each
 
     @property
     def names(self) -> tuple[str, ...]:

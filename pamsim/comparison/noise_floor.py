@@ -50,17 +50,11 @@ class FloorRoute(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseFloor:
-    """Noise of every channel.
+    """Noise of every channel."""
 
-    Attributes:
-        sd: channel -> standard deviation over all protocols [SI].
-        variance: (channel, protocol) -> variance [SI^2].
-        routes: (channel, protocol) -> how it is known.
-    """
-
-    sd: Mapping[str, float]
-    variance: Mapping[tuple[str, str], float]
-    routes: Mapping[tuple[str, str], FloorRoute]
+    sd: Mapping[str, float]  # channel -> standard deviation over all protocols [SI]
+    variance: Mapping[tuple[str, str], float]  # (channel, protocol) -> variance [SI^2]
+    routes: Mapping[tuple[str, str], FloorRoute]  # (channel, protocol) -> how it is known
 
     def variance_in(self, channel: str, protocol: str) -> float:
         """Variance of a channel in a protocol [SI^2]; over all of them if it is not known there."""

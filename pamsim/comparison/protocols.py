@@ -194,24 +194,16 @@ def protocol(name: str) -> Protocol:
 
 @dataclass(frozen=True, kw_only=True)
 class ImposedMotion:
-    """An input of set points for all muscles, and of positions for all joints that a machine moves.
+    """An input of set points for all muscles, and of positions for all joints."""
 
-    Attributes:
-        name: as in recordings.
-        shows: what it is for.
-        pressure: times (n,) [s] and random numbers to set points (n,) [Pa] of a supply of 5 bar;
-            they are lower in proportion where a rig's is.
-        motion: to positions (n,), -1 and 1 at the ends of the part of the range that is used.
-        command: drive of all muscles.
-        load: mass on the arm [kg].
-    """
-
-    name: str
-    shows: str
+    name: str  # as in recordings
+    shows: str  # what it is for
+    # Times (n,) [s] and random numbers to set points (n,) [Pa] of a supply of 5 bar; they are lower
+    # in proportion where a rig's is
     pressure: Drive
-    motion: Drive
-    command: str = "pressure_set"
-    load: float = 0.0
+    motion: Drive  # to positions (n,), -1 and 1 at the ends of the part of the range that is used
+    command: str = "pressure_set"  # drive of all muscles
+    load: float = 0.0  # mass on the arm [kg]
 
     def experiment(self, rig: Rig, seed: int = 0, duration: float | None = None) -> Experiment:
         """The experiment on a rig; the same seed gives the same one.

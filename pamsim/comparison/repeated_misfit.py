@@ -35,15 +35,10 @@ _FLIPS = 3_999
 
 @dataclass(frozen=True, kw_only=True)
 class RepeatedMisfit:
-    """What the repeats of one protocol miss together.
+    """What the repeats of one protocol miss together."""
 
-    Attributes:
-        trials: names of the repeats.
-        products: (k, k) mean product of the residuals of two of them [SI^2].
-    """
-
-    trials: tuple[str, ...]
-    products: FloatArray
+    trials: tuple[str, ...]  # names of the repeats
+    products: FloatArray  # (k, k) mean product of the residuals of two of them [SI^2]
 
     @property
     def shared(self) -> float:

@@ -32,13 +32,9 @@ _PROBES = 32  # samples by which lags are sorted out before all samples are comp
 
 @dataclass(frozen=True, kw_only=True)
 class Repeats:
-    """Trials of one protocol with the same commands, load and clock.
+    """Trials of one protocol with the same commands, load and clock."""
 
-    Attributes:
-        trials: one or more, in the order of their recording.
-    """
-
-    trials: tuple[Trial, ...]
+    trials: tuple[Trial, ...]  # one or more, in the order of their recording
 
     @property
     def name(self) -> str:

@@ -40,13 +40,9 @@ every row, (n,) [SI]; None where there is no prediction."""
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """Rows that are left out together, a group by themselves.
+    """Rows that are left out together, a group by themselves."""
 
-    Attributes:
-        name: of the unit.
-    """
-
-    name: str
+    name: str  # of the unit
 
     @property
     def trials(self) -> tuple[Unit, ...]:

@@ -33,15 +33,11 @@ _SAME_START = 6.0  # standard deviations by which starts of repeats may differ
 
 @dataclass(frozen=True)
 class StartError:
-    """Prior knowledge of one trial's start error.
+    """Prior knowledge of one trial's start error."""
 
-    Attributes:
-        read: (m,) first measured minus simulated start pressure [Pa].
-        spread: (m,) largest difference between true and read pressure [Pa]; 0 where a set point
-            gives the start.
-    """
-
-    read: FloatArray
+    read: FloatArray  # (m,) first measured minus simulated start pressure [Pa]
+    # (m,) largest difference between true and read pressure [Pa]; 0 where a set point gives the
+    # start
     spread: FloatArray
 
     def adjusted(

@@ -43,19 +43,14 @@ _CLOCKS = (("minutes", 60.0), ("milliseconds", 0.001))
 
 @dataclass(frozen=True, kw_only=True)
 class Correction:
-    """What undoes a mistake.
+    """What undoes a mistake."""
 
-    Attributes:
-        text: the mistake and what to do, to follow the name of the trials.
-        changed: column -> factor and offset that its numbers [SI] take.
-        taken: column -> the column whose numbers it takes instead of its own, where a trial has it.
-        clock: factor of the time.
-    """
-
-    text: str
+    text: str  # the mistake and what to do, to follow the name of the trials
+    # Column -> factor and offset that its numbers [SI] take
     changed: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    # Column -> the column whose numbers it takes instead of its own, where a trial has it
     taken: Mapping[str, str] = field(default_factory=dict)
-    clock: float = 1.0
+    clock: float = 1.0  # factor of the time
 
     def applied(self, trial: Trial) -> Trial:
         """A trial as it would be read without the mistake."""

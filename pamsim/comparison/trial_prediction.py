@@ -40,15 +40,11 @@ AT_REST = "angle_at_rest"
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """The measurements as one rig predicts them.
+    """The measurements as one rig predicts them."""
 
-    Attributes:
-        trials: name of the trial -> channel -> simulated signal at the trial's times [SI].
-        tables: name of the table -> (n,) angles at rest [rad].
-    """
-
+    # Name of the trial -> channel -> simulated signal at the trial's times [SI]
     trials: dict[str, dict[str, FloatArray]]
-    tables: dict[str, FloatArray]
+    tables: dict[str, FloatArray]  # name of the table -> (n,) angles at rest [rad]
 
 
 class TrialPredictor:

@@ -30,20 +30,14 @@ _MOST = 100_000
 
 @dataclass(frozen=True, kw_only=True)
 class Factor:
-    """One varied quantity.
+    """One varied quantity."""
 
-    Attributes:
-        name: of a rig parameter, such as ``chamber.dead_volume``; of an effect, whose size is then
-            in typical sizes; ``load``, ``start_pressure_1``, ``final_1``; or ``rig``.
-        unit: of the values; empty for the usual one.
-        values: listed; empty where there is a distribution.
-        distribution: frozen, of scipy.stats; None where values are listed.
-    """
-
+    # Of a rig parameter, such as ``chamber.dead_volume``; of an effect, whose size is then in
+    # typical sizes; ``load``, ``start_pressure_1``, ``final_1``; or ``rig``
     name: str
-    unit: str
-    values: tuple[Value, ...] = ()
-    distribution: Any = None
+    unit: str  # of the values; empty for the usual one
+    values: tuple[Value, ...] = ()  # listed; empty where there is a distribution
+    distribution: Any = None  # frozen, of scipy.stats; None where values are listed
 
     def at(self, share: ArrayLike) -> FloatArray:
         """Values at shares in [0, 1) of the distribution, in the factor's unit."""

@@ -62,22 +62,14 @@ _PARTS = ("found", "low", "high", "true", "inside")
 
 @dataclass(frozen=True, kw_only=True)
 class Examine(Job):
-    """Synthetic recordings of a rig with other parameters and effects, diagnosed or calibrated.
+    """Synthetic recordings of a rig with other parameters and effects, diagnosed or calibrated."""
 
-    Attributes:
-        job: ``diagnose`` or ``calibrate``.
-        rig: name or folder, where no factor chooses it.
-        recorded: options of the recordings.
-        examined: options of the diagnosis or calibration.
-        units: factor -> unit of its values.
-        parameters: rig parameters whose estimates are compared with their true values.
-    """
-
-    job: str
-    rig: str
-    recorded: Mapping[str, Any]
-    examined: Mapping[str, Any]
-    units: Mapping[str, str]
+    job: str  # ``diagnose`` or ``calibrate``
+    rig: str  # name or folder, where no factor chooses it
+    recorded: Mapping[str, Any]  # options of the recordings
+    examined: Mapping[str, Any]  # options of the diagnosis or calibration
+    units: Mapping[str, str]  # factor -> unit of its values
+    # Rig parameters whose estimates are compared with their true values
     parameters: tuple[str, ...]
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:

@@ -31,15 +31,10 @@ RIG = "rig"
 
 @dataclass(frozen=True, kw_only=True)
 class Job(ABC):
-    """A job, which must be picklable: it runs in other processes and on other machines.
+    """A job, which must be picklable: it runs in other processes and on other machines."""
 
-    Attributes:
-        outputs: column of its rows -> unit, ``text`` for text; without `TEXTS`.
-        runs_in_block: runs that are worth a task of their own.
-    """
-
-    outputs: Mapping[str, str]
-    runs_in_block: int = 1
+    outputs: Mapping[str, str]  # column of its rows -> unit, ``text`` for text; without `TEXTS`
+    runs_in_block: int = 1  # runs that are worth a task of their own
 
     @property
     def columns(self) -> Mapping[str, str]:

@@ -43,29 +43,17 @@ BLOCK = 128
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateStep(Job):
-    """Step responses of a rig.
+    """Step responses of a rig."""
 
-    Attributes:
-        rig: name or folder, where no factor chooses it.
-        drive: ``pressure_set`` or ``valve``.
-        start_pressure: of each muscle [kPa].
-        final: command of each muscle from time 0 on [kPa], or opening [-].
-        duration: [s].
-        load: [kg].
-        sample_hz: sampling rate [Hz].
-        settle: time allowed to come to rest before [s].
-        units: factor -> unit of its values.
-    """
-
-    rig: str
-    drive: str
-    start_pressure: tuple[float, ...]
-    final: tuple[float, ...]
-    duration: float
-    load: float
-    sample_hz: float
-    settle: float
-    units: Mapping[str, str]
+    rig: str  # name or folder, where no factor chooses it
+    drive: str  # ``pressure_set`` or ``valve``
+    start_pressure: tuple[float, ...]  # of each muscle [kPa]
+    final: tuple[float, ...]  # command of each muscle from time 0 on [kPa], or opening [-]
+    duration: float  # [s]
+    load: float  # [kg]
+    sample_hz: float  # sampling rate [Hz]
+    settle: float  # time allowed to come to rest before [s]
+    units: Mapping[str, str]  # factor -> unit of its values
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
