@@ -193,17 +193,10 @@ def _away(rig: Rig, effect: Effect, size: float, neutral: Mapping[str, float]) -
 def candidates(
     rig: Rig, names: Sequence[str] = (), without: Sequence[str] = ()
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
-    """The effects that can be tried on a rig.
+    """The effects that can be tried on a rig, the usual form of each first, and why others are not.
 
-    Args:
-        rig: its model.
-        names: of effects, as `rig_effect` takes them, without a form for all forms; if left out,
-            all that recordings are searched for.
-        without: names of effects to leave out, in all of their forms.
-
-    Returns:
-        The effects in all of their forms that the rig can have, the usual form of each first, and
-        why others are not tried.
+    They are ``names`` of effects, as `rig_effect` takes them, without a form for all forms; if left
+    out, all that recordings are searched for. Effects ``without`` which are left out in all forms.
 
     Raises:
         InputError: for a name that is not known, or if nothing is left to try.
@@ -287,12 +280,7 @@ class MovableEffects:
 def movable_effects(rig: Rig, names: Sequence[str] = ()) -> MovableEffects:
     """Effects of a rig that can be moved while it is simulated.
 
-    Args:
-        rig: its model.
-        names: as `rig_effect` takes them; all if left out.
-
-    Raises:
-        InputError: for a name that is not known.
+    Names are as `rig_effect` takes them, all if left out; InputError for one that is not known.
     """
     effects: dict[str, Effect] = {}
     sizes: dict[str, float] = {}
@@ -310,12 +298,9 @@ def movable_effects(rig: Rig, names: Sequence[str] = ()) -> MovableEffects:
 def effect_cards(
     name: str | None = None, rig: str | os.PathLike[str] | None = None
 ) -> dict[str, Any]:
-    """Describe all effects, or one.
+    """Describe all effects, or the one of a name.
 
-    Args:
-        name: of one; None for all.
-        rig: name of a shipped rig or a rig folder: its own effects are listed as well, and what it
-            cannot have is said.
+    Of a ``rig``, the name of a shipped one or a rig folder, its own effects are listed as well.
 
     Returns:
         JSON-safe mapping ``effects``: name, form, link, family, what a model without it is missing,

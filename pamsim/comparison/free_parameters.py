@@ -85,11 +85,8 @@ def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
     """Parameters to free where the user names none, `MOST_BY_DEFAULT` at most.
 
     Those that such data show of most rigs, as far as the rig's file states them and they are not 0;
-    then what the file calls identified, for it was open before.
-
-    Args:
-        rig: to calibrate.
-        moving: whether there are recordings; angles at rest show neither flows nor damping.
+    then what the file calls identified, for it was open before. Data are ``moving`` if there are
+    recordings; angles at rest show neither flows nor damping.
 
     Raises:
         InputError: if the rig states none of them.

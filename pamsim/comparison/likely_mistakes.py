@@ -82,16 +82,11 @@ def likely_mistakes(
     *,
     threads: int | None = None,
 ) -> tuple[str, ...]:
-    """Mistakes that recordings seem to have.
+    """Mistakes that recordings, as the rig names their signals, seem to have.
 
+    What is ``simulated`` are trials with the rig as it is; those that are not there broke down.
     Takes no time where the simulation is roughly right, otherwise that of tens of short ones, and
     where a correction helps, of a hundred.
-
-    Args:
-        rig: as it is.
-        trials: as the rig names their signals.
-        simulated: trial -> its simulation; trials that are not there broke down.
-        threads: simulations at a time; None for one per processor.
 
     Returns:
         A sentence, if there are any: what the numbers of which columns look like, what to do, and
@@ -283,11 +278,8 @@ def _percent(shares: Sequence[float]) -> str:
 def least_missed(rig: Rig, missed: Callable[[Rig], FloatArray | None]) -> float:
     """Sum of squares of what a rig misses with the numbers that make it least.
 
-    It is infinite if the rig as described breaks down.
-
-    Args:
-        rig: as described.
-        missed: rig -> (n,) what it misses, None where it breaks down.
+    ``missed`` is what a rig misses (n,), None where it breaks down; infinite if it does as
+    described.
     """
     first, numbers = missed(rig), list(_numbers(rig))
     if first is None:

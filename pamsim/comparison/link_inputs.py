@@ -68,11 +68,8 @@ def rounding_noise(values: FloatArray) -> float:
 def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
     """A measured signal (n,) without the hum, wrong readings and noise that its samples show.
 
-    Values are returned as they are if they show no noise, or are too few for a spline.
-
-    Args:
-        time: (n,) increasing [s].
-        values: (n,) in any unit.
+    Times (n,) increase [s], values are in any unit. They are returned as they are if they show no
+    noise, or are too few for a spline.
     """
     noise = rounding_noise(values)  # before a hum is taken off, which leaves no steps
     values = without_hum(values)

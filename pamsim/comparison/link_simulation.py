@@ -55,13 +55,8 @@ def link_experiment(
 ) -> tuple[Trial, Experiment]:
     """A trial as a run drives it, and the experiment that repeats it.
 
-    Args:
-        rig: the rig.
-        trial: as measured.
-        run: which link.
-        inputs: of the trial.
-        way: (k, m + j) to rest, which the imposed signals begin with; None for none.
-        torque: (n,) that acts on the joint that is pulled.
+    The imposed signals begin with the ``way`` (k, m + j) to rest, if there is one; a ``torque``
+    (n,) acts on the joint that is pulled.
     """
     drives, muscles = trial.drives, len(rig.muscles)
     drive: dict[str, str] = {}
@@ -158,13 +153,9 @@ def ways_to_rest(
     trials: Sequence[Trial],
     run: Callable[[Sequence[tuple[Rig, Experiment]]], Sequence[Recording]],
 ) -> dict[str, FloatArray]:
-    """Simulate the way to rest at the start pressures of each trial.
+    """Simulate the way to rest at the start pressures of each trial, whose inputs are by name.
 
-    Args:
-        rig: the rig.
-        inputs: trial -> its measured inputs.
-        trials: as measured.
-        run: simulates experiments, as `sensed_runs`.
+    ``run`` simulates experiments, as `sensed_runs`.
 
     Returns:
         Trial -> (k, m + j) readings of pressures [Pa] and positions [rad or m] at `way_rate`; none

@@ -182,11 +182,7 @@ class Loop:
 
 
 class LoopRows:
-    """The levels of a loop that were read on both branches.
-
-    Args:
-        loop: readings.
-        effects: that may open it.
+    """The levels of a loop that were read on both branches, with effects that may open it.
 
     Attributes:
         level: (m,) pressures [Pa].

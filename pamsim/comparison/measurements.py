@@ -47,9 +47,8 @@ class CalibrationData:
 def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> CalibrationData:
     """Read recordings and static tables.
 
-    Args:
-        sources: each a recording's folder or its ``recording.toml``, the CSV of a static table, or
-            ``mas20`` for the packaged one.
+    Each source is a recording's folder or its ``recording.toml``, the CSV of a static table, or
+    ``mas20`` for the packaged one.
 
     Raises:
         InputError: for what cannot be read, recordings of different rigs, or two static tables of

@@ -123,10 +123,8 @@ def noise_within_trial(
 ) -> tuple[FloorRoute, Scatter]:
     """Route to the noise of one channel of one trial, and the noise's squares.
 
-    Args:
-        residual: (n,) of any parameters [SI].
-        interval: between samples [s].
-        command: (n, m); None if it is not known.
+    The residual (n,) is of any parameters [SI], with an interval between samples [s]; the command
+    is (n, m), None if it is not known.
     """
     if command is not None:
         runs = periods(residual, command)

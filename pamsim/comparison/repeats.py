@@ -189,8 +189,7 @@ def _same_clock(first: Trial | TrialLead, other: Trial | TrialLead) -> bool:
 def samples_per_period(command: FloatArray) -> int | None:
     """Period of a command that goes on for two periods at least, in samples; None without one.
 
-    Args:
-        command: (n, m), held from each sample on: the last one is never acted on and may be any.
+    The command (n, m) is held from each sample on: the last one is never acted on and may be any.
     """
     command = command[:-1]
     count = command.shape[0]

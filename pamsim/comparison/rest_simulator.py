@@ -169,10 +169,7 @@ def row_blocks(
 class RestPredictor:
     """Predicts the rows of a table with rigs that differ in parameters.
 
-    Args:
-        rig_of: returns the rig of a set of values, or None if there is no such rig.
-        table: rows to predict.
-        threads: simulations at a time; None for one per processor.
+    ``rig_of`` returns the rig of a set of values, or None if there is no such rig.
     """
 
     def __init__(

@@ -108,11 +108,8 @@ def start_error(
 ) -> StartError:
     """The start error of a trial before it is compared.
 
-    Args:
-        trial: as measured.
-        simulated_start: (m,) [Pa].
-        simulated: channel -> (n,) at the trial's times from that start [SI]. The
-            residual shows drifting sensor noise; without it, noise is assumed white.
+    It was simulated from a start (m,) [Pa], channel -> (n,) at the trial's times [SI]. The residual
+    shows drifting sensor noise; without it, noise is assumed white.
     """
     noise = _noise(trial)
     if simulated is not None:

@@ -12,10 +12,8 @@ def on_first_use(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """``__getattr__`` and ``__dir__`` of a package, so that importing it loads nothing heavy.
 
-    Args:
-        package: its name.
-        homes: public name -> module that it is imported from.
-        *beside: what else the package shows: names that it has defined itself.
+    ``homes`` are public name -> module that it is imported from; ``beside`` them the package shows
+    names that it has defined itself.
     """
 
     def get(name: str) -> Any:

@@ -13,11 +13,9 @@ _NUMBERS: tuple[type, ...] = (int, float, complex, str)
 def functions_reached(
     roots: Iterable[Callable[..., Any]], *, leave: Collection[Callable[..., Any]] = ()
 ) -> list[FunctionType]:
-    """The Python functions that some functions call by name, callees before callers.
+    """The Python functions that some functions, the roots, call by name, callees before callers.
 
-    Args:
-        roots: functions, included.
-        leave: functions that are left out, with what they call.
+    Those to ``leave`` are left out, with what they call.
     """
     functions: dict[FunctionType, None] = {}
 

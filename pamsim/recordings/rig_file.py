@@ -229,9 +229,7 @@ def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
 def refuse_code(rig: str | os.PathLike[str], remedy: str = "") -> None:
     """Refuse a rig that only a file names if it has code of its own, which would run unasked.
 
-    Args:
-        rig: its name or folder.
-        remedy: how the user asks for it; by naming the rig if left out.
+    The remedy is how the user asks for it; by naming the rig if left out.
     """
     path = find_rig(rig) / EFFECTS
     if path.is_file():

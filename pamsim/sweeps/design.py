@@ -86,16 +86,11 @@ def _few(values: Sequence[Any]) -> bool:
 
 
 def factor(name: str, table: Any) -> Factor:
-    """A factor as a study states it.
+    """A factor of a name as a study states it.
 
-    Args:
-        name: of the factor.
-        table: ``values``; or ``low`` and ``high``, with ``count`` for evenly spaced values and
-            without for a uniform distribution; or ``distribution``, a name of scipy.stats, with
-            its parameters; and ``unit``.
-
-    Raises:
-        InputError: for a table that is none of these.
+    Its table has ``values``; or ``low`` and ``high``, with ``count`` for evenly spaced values and
+    without for a uniform distribution; or ``distribution``, a name of scipy.stats, with its
+    parameters; and ``unit``. InputError for one that is none of these.
     """
     where = f"vary.{name}"
     if not isinstance(table, Mapping):

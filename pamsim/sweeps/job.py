@@ -43,11 +43,9 @@ class Job(ABC):
 
     @abstractmethod
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
-        """One row per run, failed runs included.
+        """One row per run, factor -> value, failed runs included.
 
-        Args:
-            runs: factor -> value.
-            threads: simulations at a time; None for one per processor.
+        There are ``threads`` simulations at a time, one per processor for None.
         """
 
     def refused(self, why: object) -> dict[str, float | str]:
@@ -62,15 +60,9 @@ def is_effect(rig: Rig, name: str) -> bool:
 
 
 def checked_units(rig: Rig, units: Mapping[str, str], inputs: Mapping[str, str]) -> dict[str, str]:
-    """Check the factors of a job.
+    """Factor -> its unit, the usual one where an empty one is stated; inputs first.
 
-    Args:
-        rig: the first one.
-        units: factor -> its unit; empty for the usual one.
-        inputs: those that do not change the rig -> usual unit.
-
-    Returns:
-        Factor -> its unit, the usual one where none was given; inputs first.
+    Inputs, which do not change the rig, have their usual units here; ``rig`` is the first one.
 
     Raises:
         InputError: for a name that the rig does not have, or a unit that does not fit it.

@@ -187,9 +187,7 @@ def rank_correlations(
 ) -> dict[str, dict[str, float]]:
     """Spearman's correlation of each output with each factor.
 
-    Args:
-        factors: name -> (n,).
-        outputs: name -> (n,), NaN where a run failed.
+    Both are name -> (n,), outputs NaN where a run failed.
 
     Returns:
         Output -> factor -> correlation in [-1, 1], over the runs that have the output. Without

@@ -133,13 +133,10 @@ def _recordings(jobs: Sequence[_Pair], threads: int | None) -> list[Recording | 
 def simulate_step(
     table: Mapping[str, Any], rig: str, first: Rig, units: Mapping[str, str]
 ) -> SimulateStep:
-    """The job as a study states it.
+    """The job as a study states it in its table ``experiment``.
 
-    Args:
-        table: its table ``experiment``.
-        rig: name or folder of the rig, where no factor chooses it.
-        first: the rig, or the first of those that a factor chooses from.
-        units: factor -> unit as stated, without ``rig``.
+    The rig is a name or folder, where no factor chooses it; ``first`` is that rig, or the first of
+    those that a factor chooses from. Units are those of factors as stated, without ``rig``.
 
     Raises:
         InputError: for an experiment or a factor that does not fit the rig.
