@@ -7,7 +7,8 @@ import pytest
 
 from pamsim.comparison.aligned_logs import aligned
 from pamsim.comparison.repeats import repeats
-from pamsim.recordings.trial import Trial, TrialLead
+from pamsim.recordings.trial import TrialLead
+from tests.unit.recordings.made_trial import made_trial
 
 LEVELS = np.array([[1e5, 3e5], [2e5, 2e5], [3e5, 1e5], [2e5, 3e5]])
 RNG = np.random.default_rng(0)
@@ -19,12 +20,8 @@ def log(name, *, before, after=0, late=(0, 0), drive="pressure_set", protocol="l
     rows = np.searchsorted(ends, np.arange(ends[-1]), side="right")
     command = LEVELS[rows] / (1e6 if drive == "valve" else 1.0)
     angle = np.convolve(command[:, 0], np.exp(-np.arange(30) / 8.0))[: len(command)] / 1e6
-    time = np.arange(len(command)) / 100.0
-    read = {"angle": angle + RNG.normal(0.0, 1e-4, len(time))}
-    return Trial(
-        name=name, protocol=protocol, drive=drive, load=0.0, time=time, command=command,
-        measured=read, muscle_names=(),
-    )  # fmt: skip
+    read = {"angle": angle + RNG.normal(0.0, 1e-4, len(command))}
+    return made_trial(command, read, name=name, protocol=protocol, drive=drive)
 
 
 def test_logs_are_cut_to_the_rows_that_all_have_from_as_long_before_their_first_command():
@@ -102,10 +99,7 @@ def test_the_clock_is_why_logs_of_other_lengths_are_no_repeats_once_cut():
 def test_a_log_that_moves_from_its_first_row_on_or_stops_much_earlier_is_not_cut():
     opened = [log(name, before=rows, drive="valve") for name, rows in (("a", 5), ("b", 9))]
     short = log("c", before=5)
-    short = replace(
-        short, time=short.time[:120], command=short.command[:120],
-        measured={"angle": short.measured["angle"][:120]},
-    )  # fmt: skip
+    short = short.rows(slice(120))
     for trials in (opened, [log("a", before=5), short]):
         found, notes = aligned(trials)
         assert all(new is old for new, old in zip(found, trials, strict=True))
@@ -125,10 +119,7 @@ def test_periods_of_a_log_are_cut_at_their_ends():
         time=np.arange(2) / 100.0, duration=0.02, command=LEVELS[:2], start_pressure=LEVELS[0]
     )
     whole, last = (replace(log(name, before=5), lead_in=lead) for name in "ab")
-    last = replace(
-        last, time=last.time[:-1], command=last.command[:-1],
-        measured={"angle": last.measured["angle"][:-1]},
-    )  # fmt: skip
+    last = last.rows(slice(-1))
     trials, _ = aligned([whole, last])
     assert [trial.time.size for trial in trials] == [164, 164]
     assert trials[1] is last

@@ -26,7 +26,7 @@ from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, write_recording
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.static_table import StaticTable
-from pamsim.recordings.trial import Trial
+from tests.unit.recordings.made_trial import made_trial
 
 JITTERING = np.arange(100) / 100.0
 JITTERING[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
@@ -35,15 +35,11 @@ JITTERING[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
 def trial(**changes):
     time = np.arange(100) / 100.0
     given = {
-        "name": "step_1",
-        "protocol": "step",
-        "drive": "valve",
-        "load": 0.5,
-        "time": time,
         "command": np.column_stack([np.where(time < 0.5, 0.0, 1.0), np.zeros(100)]),
         "measured": {"pressure_1": np.full(100, 2e5), "pressure_2": np.full(100, -50.0)},
+        "time": time,
     }
-    return Trial(**(given | changes))
+    return made_trial(**{"drive": "valve", "load": 0.5, **given, **changes})
 
 
 def test_commands_are_held_from_rest_at_the_first_measured_pressures():
@@ -92,22 +88,27 @@ def test_a_clock_that_jitters_is_simulated_in_the_steps_that_a_rig_has(rig):
     assert on_steps(job[2], 5e-4) is job[2]
 
 
-@pytest.mark.parametrize("kind", ["pressure_set", "valve"])
-def test_simulate_write_read_simulate_gives_the_same_signals(rig, tmp_path, kind):
-    levels = {
-        "pressure_set": [[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]],
-        "valve": [[0, 0], [1, -1], [-1, 1]],
-    }
-    first = Experiment(
+LEVELS = {
+    "pressure_set": [[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]],
+    "valve": [[0.0, 0.0], [1.0, -1.0], [-1.0, 1.0]],
+}
+
+
+def steps(kind, sample_rate):
+    return Experiment(
         drive=kind,
         command_time=np.array([0.0, 0.2, 0.6]),
-        command_value=np.array(levels[kind], dtype=float),
+        command_value=np.array(LEVELS[kind]),
         start_pressure=np.array([3e5, 3e5]),
         duration=1.0,
-        sample_rate=200.0,
+        sample_rate=sample_rate,
         load=1.2,
     )
-    before = pamsim.simulate(rig, first)
+
+
+@pytest.mark.parametrize("kind", ["pressure_set", "valve"])
+def test_simulate_write_read_simulate_gives_the_same_signals(rig, tmp_path, kind):
+    before = pamsim.simulate(rig, steps(kind, sample_rate=200.0))
     write_recording(tmp_path, "mas20_arm", {"steps_1": before})
     read = read_recordings(tmp_path).trials[0]
     again = at_times(pamsim.simulate(rig, experiment_of(read)), read)
@@ -121,16 +122,7 @@ def test_an_encoder_whose_sign_a_log_turned_reads_high_and_its_comparison_misses
     rig, tmp_path
 ):
     """It counts up to the angle then; taken as counting down the mean would be an increment off."""
-    experiment = Experiment(
-        drive="pressure_set",
-        command_time=np.array([0.0, 0.2, 0.6]),
-        command_value=np.array([[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]]),
-        start_pressure=np.array([3e5, 3e5]),
-        duration=1.0,
-        sample_rate=1000.0,
-        load=1.2,
-    )
-    run = pamsim.simulate(rig, experiment)
+    run = pamsim.simulate(rig, steps("pressure_set", sample_rate=1000.0))
     step = 2.0 * np.pi / rig.sensor.encoder_increments
     mounted_turned = np.floor(-run.angle / step) * step
     own = {"t": run.time, "p_1": run.pressure[:, 0], "p_2": run.pressure[:, 1]}

@@ -7,7 +7,8 @@ from pamsim.comparison.likely_mistakes import least_missed
 from pamsim.comparison.trial_corrections import corrections
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
-from pamsim.recordings.trial import Trial, TrialLead
+from pamsim.recordings.trial import TrialLead
+from tests.unit.recordings.made_trial import made_trial
 
 TIME = np.linspace(0.0, 1.0, 11)
 SET = np.column_stack([2e5 + 1e5 * TIME, 3e5 - 1e5 * TIME])
@@ -18,22 +19,14 @@ ANGLE, FORCES = 0.3 * TIME, {"force_1": 500.0 * TIME, "force_2": 300.0 + TIME}
 def trial(*, time=TIME, command=SET, drive="pressure_set", pressures=READ, **measured):
     """A trial with a lead-in that holds its first row."""
     read = {**pressures, "angle": ANGLE, **FORCES, **measured}
-    return Trial(
-        name="a",
-        protocol="a",
-        drive=drive,
-        load=0.0,
-        time=time,
-        command=command,
-        measured=read,
-        lead_in=TrialLead(
-            time=time[:3],
-            duration=float(time[3]),
-            command=command[:3],
-            start_pressure=np.array([pressures["pressure_1"][0], pressures["pressure_2"][0]]),
-            measured={channel: values[:3] for channel, values in read.items()},
-        ),
+    lead = TrialLead(
+        time=time[:3],
+        duration=float(time[3]),
+        command=command[:3],
+        start_pressure=np.array([pressures["pressure_1"][0], pressures["pressure_2"][0]]),
+        measured={channel: values[:3] for channel, values in read.items()},
     )
+    return made_trial(command, read, drive=drive, time=time, lead_in=lead)
 
 
 def of(mistaken, text, missed=("pressure_1", "pressure_2", "angle", "force_1", "force_2")):

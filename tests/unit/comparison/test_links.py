@@ -17,7 +17,8 @@ from pamsim.comparison.links import (
 )
 from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.engine.rig import load_rig
-from pamsim.recordings.trial import Trial, TrialLead, of_rig
+from pamsim.recordings.trial import TrialLead, of_rig
+from tests.unit.recordings.made_trial import made_trial
 
 ARM = load_rig("mas20_arm")
 PRESSURES = ("pressure_1", "pressure_2")
@@ -25,17 +26,8 @@ FORCES = ("force_1", "force_2")
 
 
 def trial(*channels, drive="pressure_set", columns=2, muscles=()):
-    flat = np.full(5, 1e5)
-    return Trial(
-        name="one",
-        protocol="one",
-        drive=drive,
-        load=0.0,
-        time=np.arange(5) / 100.0,
-        command=np.full((5, columns), 1e5),
-        measured=dict.fromkeys(channels, flat),
-        muscle_names=muscles,
-    )
+    read = dict.fromkeys(channels, np.full(5, 1e5))
+    return made_trial(np.full((5, columns), 1e5), read, drive=drive, muscle_names=muscles)
 
 
 def separated(*channels, rig=ARM, **settings):

@@ -26,8 +26,8 @@ from pamsim.comparison.start_errors import start_error
 from pamsim.engine.rig import load_rig
 from pamsim.inference.residual_block import ResidualBlock, layout
 from pamsim.recordings.stated_noise import StatedNoise
-from pamsim.recordings.trial import Trial
 from tests.unit.inference.closed_form_rigs import coloured
+from tests.unit.recordings.made_trial import made_trial
 
 ARM = load_rig("mas20_arm")
 LINK = Link((MUSCLE, JOINT))
@@ -37,15 +37,8 @@ PERIODIC = np.floor(TIME / 0.25) % 20.0  # again every 5 s
 
 
 def trial(command, readings, name="a", load=0.0):
-    return Trial(
-        name=name,
-        protocol="log",
-        drive="pressure_set",
-        load=load,
-        time=TIME,
-        command=np.stack([command, command], axis=1),
-        measured={"angle": readings},
-    )
+    both = np.stack([command, command], axis=1)
+    return made_trial(both, {"angle": readings}, name=name, protocol="log", load=load)
 
 
 def noise_of(trials, residuals):
@@ -225,24 +218,14 @@ def recorded(names=("log",), noise=FILTERED):
         start_pressure=command[0], duration=2.4, sample_rate=100.0,
     )  # fmt: skip
     run = pamsim.simulate(ARM, experiment).completed()
-    return [
-        Trial(
-            name=name,
-            protocol="levels",
-            drive="pressure_set",
-            load=0.0,
-            time=run.time,
-            command=run.command,
-            measured={
-                "angle": run.angle + noise.drawn(run.time.size, 0.01, rng),
-                **{
-                    f"pressure_{m + 1}": run.pressure[:, m] + 50.0 * rng.normal(size=run.time.size)
-                    for m in range(2)
-                },
-            },
-        )
-        for name in names
-    ]
+
+    def read():
+        angle = run.angle + noise.drawn(run.time.size, 0.01, rng)
+        pressures = run.pressure.T + 50.0 * rng.normal(size=run.pressure.T.shape)
+        return {"angle": angle, "pressure_1": pressures[0], "pressure_2": pressures[1]}
+
+    own = {"protocol": "levels", "time": run.time}
+    return [made_trial(run.command, read(), name=name, **own) for name in names]
 
 
 def angle_noise(trials):

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from pamsim.comparison.start_errors import start_error, start_groups
 from pamsim.recordings.start_pressures import start_pressures
-from pamsim.recordings.trial import Trial
+from tests.unit.recordings.made_trial import made_trial
 
 COUNT, NOISE = 400, 500.0
 TIME = 0.01 * np.arange(COUNT)
@@ -19,19 +19,9 @@ def trial(seed=0, *, start=(2e5, 3e5), noise=NOISE, drift=0.0, name="one", load=
     slow = np.exp(-TIME)[:, np.newaxis] * np.array(start)
     white = rng.normal(0.0, noise, slow.shape)
     measured = slow + lfilter([np.sqrt(1.0 - drift**2)], [1.0, -drift], white, axis=0)
-    return Trial(
-        name=name,
-        protocol="hold",
-        drive=kind,
-        load=load,
-        time=TIME,
-        command=np.zeros((COUNT, 2)),
-        measured={
-            "pressure_1": measured[:, 0],
-            "pressure_2": measured[:, 1],
-            "angle": 1e-6 * (measured[:, 0] - measured[:, 1]),
-        },
-    )
+    one, two = measured.T
+    read = {"pressure_1": one, "pressure_2": two, "angle": 1e-6 * (one - two)}
+    return made_trial(np.zeros((COUNT, 2)), read, name=name, drive=kind, load=load)
 
 
 def model(start):
@@ -104,10 +94,7 @@ def test_channels_that_are_not_compared_have_no_say():
 def test_a_start_without_noise_is_taken_as_read_and_rounding_is_noise():
     one = trial(noise=0.0)
     assert np.all(start_error(one, BOTH).spread < 1e-3 * BOTH)
-    set_point = Trial(
-        name="set", protocol="p", drive="pressure_set", load=0.0, time=TIME,
-        command=np.full((COUNT, 2), 1e5), measured={"angle": np.zeros(COUNT)},
-    )  # fmt: skip
+    set_point = made_trial(np.full((COUNT, 2), 1e5), {"angle": np.zeros(COUNT)})
     assert np.array_equal(start_error(set_point, np.array([1e5, 1e5])).spread, [0.0, 0.0])
     signals, sensitivities = model(BOTH)
     found = start_error(set_point, BOTH).adjusted(set_point, signals, sensitivities, ("angle",))

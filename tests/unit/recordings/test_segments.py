@@ -7,8 +7,8 @@ import pamsim
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.core.toml_tables import check_table
 from pamsim.recordings import segments
-from pamsim.recordings.trial import Trial
 from tests.unit.core.refusals import all_refused
+from tests.unit.recordings.made_trial import made_trial
 
 TIME = np.arange(1001) / 100.0
 
@@ -22,15 +22,10 @@ def log(**changes):
     """A square wave of 2 s on the set points; the angle counts the samples."""
     wave = 5e4 * np.sign(np.sin(np.pi * TIME))
     given = {
-        "name": "log",
-        "protocol": "square",
-        "drive": "pressure_set",
-        "load": 0.0,
-        "time": TIME,
         "command": np.column_stack([3e5 + wave, 3e5 - wave]),
         "measured": {"angle": np.arange(TIME.size) * 1.0, "pressure_1": 2e5 + TIME},
     }
-    return Trial(**(given | changes))
+    return made_trial(**{"name": "log", "protocol": "square", **given, **changes})
 
 
 def ends(trial):

@@ -5,7 +5,7 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.recordings.start_pressures import resting_rows, start_pressures
-from pamsim.recordings.trial import Trial
+from tests.unit.recordings.made_trial import made_trial
 
 RATE, NOISE, START = 100.0, 300.0, np.array([2e5, 1e5])
 
@@ -17,9 +17,7 @@ def trial(command, drive, *, leak=0.0, seed=0):
     pressure = START + NOISE * rng.standard_normal((time.size, 2))
     pressure[:, 0] -= leak * time
     measured = {"pressure_1": pressure[:, 0], "pressure_2": pressure[:, 1]}
-    return Trial(
-        name="t", protocol="t", drive=drive, load=0.0, time=time, command=command, measured=measured
-    )
+    return made_trial(command, measured, drive=drive)
 
 
 def errors(count, drive, rows, **more):
