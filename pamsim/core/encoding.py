@@ -1,11 +1,11 @@
 """Results as JSON files: one encoder for every dataclass, one writer, one reader.
 
-A field is written under its own name and in SI, unless its metadata says otherwise::
+A field is written under its own name, unless its metadata says otherwise::
 
     @dataclass(frozen=True, kw_only=True)
     class StepRow:
         name: str
-        error: float = field(metadata=json_key("error_deg", DEG_PER_RAD))
+        error: float = field(metadata=json_key("error_deg"))
         scores: Scores = field(metadata=INLINE)
         curve: NDArray[np.float64] = field(metadata=NOT_IN_JSON)
 
@@ -14,7 +14,7 @@ A field is written under its own name and in SI, unless its metadata says otherw
             return f"{self.name}: {self.error:g}"
 
     >>> to_dict(row)
-    {'name': 'large', 'error_deg': 0.5, 'rms': None, 'sentence': 'large: 0.00872665'}
+    {'name': 'large', 'error_deg': 0.5, 'rms': None, 'sentence': 'large: 0.5'}
 
 ``rms`` is the only field of ``scores``, which was NaN. A class whose JSON has another shape than
 its fields defines a method ``to_dict()`` that returns anything the function `to_dict` takes, such
@@ -41,63 +41,54 @@ _META = "pamsim.json"
 
 NOT_IN_JSON: Mapping[str, Any] = {_META: None}
 """Metadata of a field that is not written."""
-INLINE: Mapping[str, Any] = {_META: ("", 1.0)}
+INLINE: Mapping[str, Any] = {_META: ""}
 """Metadata of a field whose own entries are written in place of it."""
 
 
-def json_key(key: str, scale: float = 1.0) -> Mapping[str, Any]:
-    """Metadata of a field that is written under another key, such as ``error_deg``.
-
-    Every number in it, in a sequence, array or mapping too, is multiplied by ``scale``: written
-    unit per SI unit, such as ``DEG_PER_RAD``.
-    """
-    return {_META: (key, scale)}
+def json_key(key: str) -> Mapping[str, Any]:
+    """Metadata of a field that is written under another key, such as ``error_deg``."""
+    return {_META: key}
 
 
 class json_property(property):
     """A property that `fields_to_dict` writes, under its own name, after the fields."""
 
 
-def to_dict(value: Any, scale: float = 1.0) -> Any:
+def to_dict(value: Any) -> Any:
     """A value in dicts, lists, text, finite numbers, booleans and None only.
 
-    Args:
-        value: None, bool, number, text, path, enum member, complex number (written as
-            ``[real, imaginary]``), numpy scalar or array, mapping, tuple, list, set, dataclass, or
-            an object with a method ``to_dict()``; nested to any depth. NaN and infinity become
-            None.
-        scale: factor on every number.
+    It is None, bool, number, text, path, enum member, complex number (written as ``[real,
+    imaginary]``), numpy scalar or array, mapping, tuple, list, set, dataclass, or an object with a
+    method ``to_dict()``; nested to any depth. NaN and infinity become None.
 
     Raises:
         TypeError: for any other type.
     """
     match value:
         case enum.Enum():
-            return to_dict(value.value, scale)
-        case None | bool() | str():
-            return value
+            return to_dict(value.value)
         case np.generic() | np.ndarray():
-            return to_dict(value.tolist(), scale)
-        case int() if scale == 1.0:
+            return to_dict(value.tolist())
+        case None | bool() | str() | int():
             return value
-        case int() | float():
-            return value * scale if math.isfinite(value) else None
+        case float():
+            return value if math.isfinite(value) else None
         case complex():
-            return to_dict([value.real, value.imag], scale)
+            return to_dict([value.real, value.imag])
         case Path():
             return str(value)
         case Mapping():
             entries = cast("Mapping[Any, Any]", value).items()
             return {
-                str(key.value if isinstance(key, enum.Enum) else key): to_dict(entry, scale)
+                str(key.value if isinstance(key, enum.Enum) else key): to_dict(entry)
                 for key, entry in entries
             }
         case _ if hasattr(value, "to_dict"):
-            return to_dict(value.to_dict(), scale)
+            return to_dict(value.to_dict())
         case _ if is_dataclass(value) and not isinstance(value, type):
-            return to_dict(fields_to_dict(value), scale)
+            return to_dict(fields_to_dict(value))
         case Collection():
-            return [to_dict(entry, scale) for entry in cast("Collection[Any]", value)]
+            return [to_dict(entry) for entry in cast("Collection[Any]", value)]
         case _:
             raise TypeError(f"{type(value).__name__} cannot be written as JSON: {value!r}")
 
@@ -106,10 +97,9 @@ def fields_to_dict(value: Any) -> dict[str, Any]:
     """Fields and JSON properties of a dataclass, but for a method ``to_dict()`` as `to_dict`."""
     result: dict[str, Any] = {}
     for field in fields(value):
-        place = field.metadata.get(_META, (field.name, 1.0))
-        if place is not None:
-            key, scale = place
-            content = to_dict(getattr(value, field.name), scale)
+        key = field.metadata.get(_META, field.name)
+        if key is not None:
+            content = to_dict(getattr(value, field.name))
             result |= {key: content} if key else content
     for base in reversed(type(value).__mro__):
         for name, member in vars(base).items():
