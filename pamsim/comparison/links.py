@@ -86,19 +86,6 @@ class LinkRun:
         return self.link.parts[-1] == MUSCLE
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Measured:
-    """What a trial measures of a rig by channels that drive nothing.
-
-    Joints that move freely have positions, those that a machine moves efforts.
-    """
-
-    pressures: tuple[str, ...]
-    forces: tuple[str, ...]
-    positions: dict[str, str]
-    efforts: dict[str, str]
-
-
 def link_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
     """A run of each link that the measured channels of a trial separate, from the command on.
 
@@ -117,54 +104,50 @@ def joined_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
 
 def whole_run(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
     """The whole chain as one link: nothing is imposed but what drives the trial."""
-    seen, drives = _measured(rig, trial), trial.drives
-    commanded = any(kind != "measured" for kind in drives.muscles)
-    outputs = (
-        *(seen.pressures if commanded else ()),
-        *seen.forces,
-        *seen.positions.values(),
-        *seen.efforts.values(),
-    )
-    run = LinkRun(
-        link=Link(PARTS if commanded else (MUSCLE, JOINT)),
-        outputs=outputs,
-        pressures=not commanded,
-        moved=tuple(j for j in rig.joints if j in drives.imposed),
-    )
-    return (run,) if outputs else ()
+    return tuple(run for run in _runs(rig, trial, whole=True) if run.outputs)
 
 
 Runs = Callable[[Rig, Trial], tuple[LinkRun, ...]]
 """What divides the chain: `link_runs`, `joined_runs` or `whole_run`."""
 
 
-def _runs(rig: Rig, trial: Trial, *, joined: bool = False) -> Iterator[LinkRun]:
-    seen, drives = _measured(rig, trial), trial.drives
+def _runs(
+    rig: Rig, trial: Trial, *, joined: bool = False, whole: bool = False
+) -> Iterator[LinkRun]:
+    drives, names, known = trial.drives, rig.names, free_channels(rig, trial)
+    joints = {j: names.joint_channel(j) for j in rig.joints if j not in drives.imposed}
+    efforts = {j: names.effort_channel(j) for j in drives.imposed}
+    taken = {*joints.values(), *efforts.values()}
+    forces = tuple(c for c in names.of_muscles("force") if c in known and c not in taken)
+    # Joints that move freely have positions, those that a machine moves efforts.
+    positions, efforts = ({j: c for j, c in own.items() if c in known} for own in (joints, efforts))
     commanded = [kind != "measured" for kind in drives.muscles]
     channels = zip(trial.pressure_channels, commanded, strict=True)
     pressures = all(not free or channel in trial.measured for channel, free in channels)
-    forces = len(seen.forces) == len(rig.muscles)
+    pressures = pressures and not (whole and any(commanded))
     imposed = tuple(j for j in rig.joints if j in drives.imposed)
-    motion = len(seen.positions) + len(imposed) == len(rig.joints)
+    motion = not whole and len(positions) + len(imposed) == len(rig.joints)
     every = tuple(rig.joints) if motion else imposed
     pulling = (MUSCLE,) if pressures else (VALVES, MUSCLE)
+    read = tuple(c for c in known if kind_of(c) == "pressure")
     if any(commanded) and pressures:
         parts = (VALVES,) if motion else PARTS
-        yield LinkRun(link=Link(parts), outputs=seen.pressures, pressures=False, moved=every)
-    left = () if pressures else seen.pressures
+        yield LinkRun(link=Link(parts), outputs=read, pressures=False, moved=every)
+    left = () if pressures else read
     if not motion:
-        outputs = (*left, *seen.forces, *seen.positions.values(), *seen.efforts.values())
+        outputs = (*left, *forces, *positions.values(), *efforts.values())
         link = Link((*pulling, JOINT))
         yield LinkRun(link=link, outputs=outputs, pressures=pressures, moved=imposed)
         return
     yield LinkRun(
-        link=Link(pulling if seen.forces else (*pulling, JOINT)),
-        outputs=(*left, *seen.forces),
+        link=Link(pulling if forces else (*pulling, JOINT)),
+        outputs=(*left, *forces),
         pressures=pressures,
         moved=every,
     )
-    for apart in (True, False) if forces and joined else (forces,):
-        for joint, channel in (seen.positions | seen.efforts).items():
+    separate = len(forces) == len(rig.muscles)
+    for apart in (True, False) if separate and joined else (separate,):
+        for joint, channel in (positions | efforts).items():
             yield LinkRun(
                 link=Link((JOINT,) if apart else (*pulling, JOINT)),
                 outputs=(channel,),
@@ -181,16 +164,3 @@ def free_channels(rig: Rig, trial: Trial) -> tuple[str, ...]:
     driving = {channel for channel, kind in muscles if kind == "measured"}
     driving |= {rig.names.joint_channel(joint) for joint in drives.imposed}
     return tuple(channel for channel in trial.measured if channel not in driving)
-
-
-def _measured(rig: Rig, trial: Trial) -> _Measured:
-    drives, names, known = trial.drives, rig.names, free_channels(rig, trial)
-    joints = {j: names.joint_channel(j) for j in rig.joints if j not in drives.imposed}
-    efforts = {j: names.effort_channel(j) for j in drives.imposed}
-    taken = {*joints.values(), *efforts.values()}
-    return _Measured(
-        pressures=tuple(c for c in known if kind_of(c) == "pressure"),
-        forces=tuple(c for c in names.of_muscles("force") if c in known and c not in taken),
-        positions={j: c for j, c in joints.items() if c in known},
-        efforts={j: c for j, c in efforts.items() if c in known},
-    )

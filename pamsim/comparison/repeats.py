@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -43,40 +44,35 @@ class Repeats:
 
     def mean(self) -> Trial:
         """The trial with the mean of all measured and imposed signals, under the first's name."""
-        first = self.trials[0]
-        lead = first.lead_in
+        lead = self.trials[0].lead_in
         if lead is not None:
             leads = [trial.lead_in for trial in self.trials if trial.lead_in is not None]
-            command = np.mean([one.command for one in leads], axis=0)
             start = np.mean([one.start_pressure for one in leads], axis=0)
-            measured = {c: np.mean([o.measured[c] for o in leads], axis=0) for c in lead.measured}
-            lead = replace(lead, command=command, start_pressure=start, measured=measured)
-        return replace(
-            first,
-            lead_in=lead,
-            command=np.mean([trial.command for trial in self.trials], axis=0),
-            measured={
-                channel: np.mean([trial.measured[channel] for trial in self.trials], axis=0)
-                for channel in first.measured
-            },
-        )
+            lead = replace(lead, start_pressure=start, **_means(leads))
+        return replace(self.trials[0], lead_in=lead, **_means(self.trials))
+
+
+def _means(parts: Sequence[Trial] | Sequence[TrialLead]) -> dict[str, Any]:
+    return {
+        "command": np.mean([part.command for part in parts], axis=0),
+        "measured": {
+            channel: np.mean([part.measured[channel] for part in parts], axis=0)
+            for channel in parts[0].measured
+        },
+    }
 
 
 def repeats(trials: Sequence[Trial]) -> tuple[Repeats, ...]:
     """Group trials that repeat each other, in the order of the first of each group."""
     groups: list[list[Trial]] = []
     for trial in trials:
-        same = (group for group in groups if _repeat(group[0], trial))
-        group = next(same, None)
-        if group is None:
-            groups.append([trial])
+        for group in groups:
+            if same_settings(group[0], trial) and not what_differs(group[0], trial):
+                group.append(trial)
+                break
         else:
-            group.append(trial)
+            groups.append([trial])
     return tuple(Repeats(trials=tuple(group)) for group in groups)
-
-
-def _repeat(first: Trial, other: Trial) -> bool:
-    return same_settings(first, other) and not what_differs(first, other)
 
 
 def what_differs(first: Trial, other: Trial) -> str:

@@ -120,7 +120,11 @@ class RestSimulator:
         for own in links:
             residual = next(predicted) if own else others
             if residual is not None:
-                residual = self._with_rows(others, residual, only)
+                whole = others.copy()
+                for block in self.blocks:
+                    if only is None or block.unit in only:
+                        whole[block.rows] = residual[block.rows]
+                residual = whole
             found.append(residual)
         return found
 
@@ -129,15 +133,6 @@ class RestSimulator:
             None if residual is None or not np.all(np.isfinite(residual)) else residual
             for residual in self._predict(sets)
         ]
-
-    def _with_rows(
-        self, others: FloatArray, residual: FloatArray, only: Collection[str] | None
-    ) -> FloatArray:
-        whole = others.copy()
-        for block in self.blocks:
-            if only is None or block.unit in only:
-                whole[block.rows] = residual[block.rows]
-        return whole
 
 
 LinkSimulator: TypeAlias = ChainSimulator | RestSimulator

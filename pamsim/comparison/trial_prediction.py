@@ -77,7 +77,7 @@ class TrialPredictor:
         self.data = data
         self._channels = tuple(channels)
         self._run = partial(sensed_runs, threads=threads, simulated=simulated)
-        self._experiments: list[Experiment] = []
+        self._experiments: list[Experiment] = []  # the different ones
         self._numbers: dict[tuple[object, ...], int] = {}
         for trial in data.trials:
             _check_muscles(rig, trial.name, trial.muscles)
