@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import re
@@ -45,9 +44,6 @@ PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str
 
 _FACTOR = re.compile(r"(.+?)\*(\s*[+-]?\.?\d.*|[^*]*)")
 """Name of a column and its factor, whose unit may be a product itself: ``I*0.35N*m/A``."""
-
-# A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
-_toml_value = partial(json.dumps, ensure_ascii=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -404,22 +400,19 @@ def _index(
     rig: str, rate: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]
 ) -> str:
     """Text of ``recording.toml``, with the rate of rows that have no clock."""
-    lines = [f"schema = {_toml_value(WITH_COLUMNS)}", f"rig = {_toml_value(rig)}", "", "[columns]"]
-    lines += [f"time = {{ rate = {_toml_value(rate)} }}"] if rate else []
+    lines = [f"schema = {in_toml(WITH_COLUMNS)}", f"rig = {in_toml(rig)}", "", "[columns]"]
+    lines += [f"time = {{ rate = {in_toml(rate)} }}"] if rate else []
     for one in guesses:
-        parts = [f"column = {_toml_value(one.column)}", f"unit = {_toml_value(one.unit)}"]
+        parts = [f"column = {in_toml(one.column)}", f"unit = {in_toml(one.unit)}"]
         parts += ["sign = -1"] if one.sign < 0 else []
         parts += ["absolute = true"] if one.absolute else []
-        parts += [f"times = {_toml_value(one.times)}"] if one.times else []
+        parts += [f"times = {in_toml(one.times)}"] if one.times else []
         parts += [f"wraps = {one.wraps:.12g}"] if one.wraps else []
         warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
-        lines.append(f"{_toml_value(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
+        lines.append(f"{in_toml(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:
         lines += ["", "[[trial]]"]
-        lines += [
-            f"{key} = {in_toml(v) if key == 'drive' else _toml_value(v)}"
-            for key, v in entry.items()
-        ]
+        lines += [f"{key} = {in_toml(value)}" for key, value in entry.items()]
     return "\n".join(lines) + "\n"
 
 

@@ -20,7 +20,7 @@ import scipy.optimize
 
 from pamsim.comparison.experiments import as_read, experiment_of, sensed_signals
 from pamsim.comparison.trial_corrections import Correction, corrections
-from pamsim.core.errors import InputError, PamsimError
+from pamsim.core.errors import InputError, PamsimError, first_few
 from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -122,11 +122,10 @@ def likely_mistakes(
     likely = [one for one in found if one.left <= _LIKE[0] + _LIKE[1] * best.left]
     texts = [one.tried.correction.text for one in likely]
     wrong = [t.name for t in trials if missed[t.name]]
-    where = "all trials" if len(wrong) == len(trials) else ", ".join(wrong[:3])
-    more = f" and {len(wrong) - 3} more" if 3 < len(wrong) < len(trials) else ""
+    where = "all trials" if len(wrong) == len(trials) else first_few(wrong, 3)
     return (
         f"{', or '.join(texts)}; the simulation then misses {_percent(best.after)} instead of"
-        f" {_percent(best.before)} of these signals' variation, in {where}{more}",
+        f" {_percent(best.before)} of these signals' variation, in {where}",
     )
 
 
@@ -154,7 +153,7 @@ def _rows(trial: Trial, simulated: Signals | None) -> int:
     if simulated is None:
         return _FEWEST
     missed = np.zeros(trial.time.size)
-    for channel in trial.measured.keys() & simulated.keys():
+    for channel in filter(simulated.__contains__, trial.measured):
         square = (simulated[channel] - trial.measured[channel]) ** 2
         missed += square / max(float(square.sum()), np.finfo(float).tiny)
     return int(np.searchsorted(np.cumsum(missed), 0.5 * missed.sum()))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Generator
 from pathlib import Path
 from typing import Any, cast
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, first_few
 
 LOCK = ".pamsim.lock"
 """In a folder while a run writes to it; what a killed run leaves of it means nothing."""
@@ -124,10 +124,9 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
         names = (entry.name for entry in path.iterdir())
         there = sorted(name for name in names if name != LOCK and not is_part(name))
         if there:
-            more = f" and {len(there) - 1} more" if len(there) > 1 else ""
             raise InputError(
-                f"{path} holds results already ({there[0]}{more}); `force` replaces them, or name"
-                " another folder"
+                f"{path} holds results already ({first_few(there, 1)}); `force` replaces them, or"
+                " name another folder"
             )
     lock = FileLock(path / LOCK, timeout=0)
     try:

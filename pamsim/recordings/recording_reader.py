@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, first_few
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
 from pamsim.recordings import recording_checks, segments
@@ -153,9 +153,8 @@ def _uneven(read: Sequence[_Read]) -> list[str]:
     uneven = [one for one in read if one.jitter]
     if not uneven:
         return []
-    names = [one.trial.name for one in uneven]
-    others = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    return [f"{names[0]}{others}: {uneven[0].jitter}; `rate` in [[trial]] makes an even one"]
+    names = first_few([one.trial.name for one in uneven], 1)
+    return [f"{names}: {uneven[0].jitter}; `rate` in [[trial]] makes an even one"]
 
 
 def _copies(trials: Sequence[Trial]) -> list[str]:

@@ -290,10 +290,9 @@ def command_columns(drives: Drive, muscles: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(column_of(c) if q else "" for c, q in zip(channels, quantities, strict=True))
 
 
-def in_toml(drive: DriveLike) -> str:
-    """A drive as ``recording.toml`` states it."""
-    # A JSON string is a TOML basic string.
-    if isinstance(drive, str):
-        return json.dumps(drive, ensure_ascii=False)
-    each = (f"{json.dumps(n, ensure_ascii=False)} = {json.dumps(k)}" for n, k in drive.items())
-    return f"{{ {', '.join(each)} }}"
+def in_toml(value: object) -> str:
+    """A text, a number, a list of them or a drive, as ``recording.toml`` states it."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{in_toml(n)} = {in_toml(kind)}' for n, kind in value.items())} }}"
+    # A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
+    return json.dumps(value, ensure_ascii=False)
