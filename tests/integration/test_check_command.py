@@ -116,19 +116,7 @@ def test_a_rod_that_a_machine_holds_may_stand_still(tmp_path):
             sample_rate=100.0,
         ),
     )
-    columns = {
-        "time_s": time,
-        "muscle_set_kpa": held[:, 0] / 1e3,
-        "muscle_kpa": run.pressure[:, 0] / 1e3,
-        "muscle_n": run.tension[:, 0],
-        "rod_mm": held[:, 1],
-    }
-    table = np.column_stack(list(columns.values()))
-    np.savetxt(tmp_path / "hold.csv", table, delimiter=",", header=",".join(columns), comments="")
-    (tmp_path / "recording.toml").write_text(
-        'schema = "pamsim-recording/1"\nrig = "muscle_bench"\n[[trial]]\nfile = "hold.csv"\n'
-        'protocol = "hold"\ndrive = { muscle = "pressure_set", rod = "length" }\n'
-    )
+    run.save(tmp_path)
     assert pamsim.check(tmp_path, effects=ONE).suspicions == ()
 
 

@@ -46,6 +46,14 @@ def noise_of(trials, residuals):
     return link_noise(ARM, trials, exact)[LINK, "angle"]
 
 
+def block(residual, trial="a", protocol="log", channel="angle", **more):
+    return ResidualBlock(trial=trial, protocol=protocol, channel=channel, residual=residual, **more)
+
+
+def floor_of(blocks, trials=()):
+    return noise_floor(layout(blocks), np.concatenate([b.residual for b in blocks]), trials)
+
+
 def missed_by_a_model(command):
     """Constant or a trend while a command is held, and a kick where it changes."""
     since = TIME - np.floor(TIME / 1.5) * 1.5
@@ -91,13 +99,7 @@ def test_a_reading_in_steps_has_the_noise_of_its_rounding():
     found = noise_of(logs, [np.sin(TIME) - angle for _ in logs])
     assert found.source is FloorRoute.REPEATS
     assert found.noise.standard_deviation == pytest.approx(1.0 / np.sqrt(12.0))
-    blocks = [
-        ResidualBlock(
-            trial=log.name, protocol="log", channel="angle", residual=np.sin(TIME) - angle
-        )
-        for log in logs
-    ]
-    floor = noise_floor(layout(blocks), np.concatenate([b.residual for b in blocks]), logs)
+    floor = floor_of([block(np.sin(TIME) - angle, log.name) for log in logs], logs)
     assert floor.routes["angle", "log"] is FloorRoute.REPEATS
     assert floor.variance["angle", "log"] == pytest.approx(1.0 / 12.0)
 
@@ -108,15 +110,8 @@ def test_the_floor_of_a_reading_in_steps_is_that_of_its_rounding():
         (np.round(np.sin(0.2 * TIME)), 1.0 / np.sqrt(12.0)),
         (np.sin(9.0 * TIME), 1e-3),
     ):
-        block = ResidualBlock(
-            trial="a",
-            protocol="log",
-            channel="angle",
-            residual=1e-3 * np.random.default_rng(5).standard_normal(TIME.size),
-            sample_interval=0.01,
-        )
-        log = trial(HELD, reading)
-        found = noise_floor(layout([block]), block.residual, [log])
+        noise = 1e-3 * np.random.default_rng(5).standard_normal(TIME.size)
+        found = floor_of([block(noise, sample_interval=0.01)], [trial(HELD, reading)])
         assert found.sd["angle"] == pytest.approx(floor, rel=0.1)
         assert found.variance["angle", "log"] == pytest.approx(floor**2, rel=0.2)
 
@@ -124,11 +119,11 @@ def test_the_floor_of_a_reading_in_steps_is_that_of_its_rounding():
 def blocks(rng, *, repeats, count=400, model=0.0):
     time = np.linspace(0.0, 6.0, count)
     return [
-        ResidualBlock(
-            trial=f"{protocol}_{k}",
+        block(
+            model * np.sin(time) + sd * rng.standard_normal(count),
+            f"{protocol}_{k}",
             protocol=protocol,
             channel=channel,
-            residual=model * np.sin(time) + sd * rng.standard_normal(count),
         )
         for protocol, factor in (("calm", 1.0), ("rough", 3.0))
         for k in range(repeats)
@@ -139,7 +134,7 @@ def blocks(rng, *, repeats, count=400, model=0.0):
 def test_floor_is_the_planted_noise_whatever_the_model_misses():
     for model in (0.0, 50.0):
         found = blocks(np.random.default_rng(3), repeats=5, model=model)
-        floor = noise_floor(layout(found), np.concatenate([b.residual for b in found]))
+        floor = floor_of(found)
         assert floor.variance["angle", "calm"] == pytest.approx(0.01, rel=0.1)
         assert floor.variance["pressure_1", "rough"] == pytest.approx(3600.0, rel=0.1)
         assert floor.sd["angle"] == pytest.approx(np.sqrt((0.01 + 0.09) / 2.0), rel=0.05)
@@ -282,10 +277,10 @@ def test_repeats_stay_repeats_and_have_the_stated_noise_at_least():
 def test_floor_and_start_pressures_are_uncertain_by_what_is_stated():
     trials = with_stated(recorded(), angle=FILTERED, pressure_1=StatedNoise(rms=5e3))
     blocks = [
-        ResidualBlock(trial=name, protocol="levels", channel=channel, residual=residual)
+        block(residual, name, protocol="levels", channel=channel)
         for (_, name, channel), residual in link_residuals(ARM, trials).items()
     ]
-    floor = noise_floor(layout(blocks), np.concatenate([b.residual for b in blocks]), trials)
+    floor = floor_of(blocks, trials)
     assert floor.sd["angle"] == FILTERED.rms
     assert floor.variance["angle", "levels"] == pytest.approx(FILTERED.rms**2)
     first, second = start_error(trials[0], np.array([3e5, 3e5])).spread
