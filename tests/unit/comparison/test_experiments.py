@@ -129,21 +129,10 @@ def test_an_encoder_whose_sign_a_log_turned_reads_high_and_its_comparison_misses
     log = np.column_stack([*own.values(), mounted_turned])
     names = ",".join([*own, "beta"])
     np.savetxt(tmp_path / "log.csv", log, fmt="%.9g", delimiter=",", header=names, comments="")
-    index = """schema = "pamsim-recording/2"
-rig = "mas20_arm"
-[columns]
-time = { column = "t", unit = "s" }
-"shaft.angle" = { column = "beta", unit = "rad", sign = -1 }
-"muscle_1.pressure" = { column = "p_1", unit = "Pa" }
-"muscle_2.pressure" = { column = "p_2", unit = "Pa" }
-[[trial]]
-file = "log.csv"
-protocol = "steps"
-drive = "measured"
-load_kg = 1.2
-"""
-    (tmp_path / "recording.toml").write_text(index, encoding="utf-8")
-    (read,) = read_calibration_data([tmp_path]).of_rig(rig).trials
+    columns = ["shaft.angle=-beta:rad", "muscle_1.pressure=p_1:Pa", "muscle_2.pressure=p_2:Pa"]
+    data = tmp_path / "data"
+    pamsim.import_log(tmp_path / "log.csv", rig=rig, out=data, columns=columns, load=1.2)
+    (read,) = read_calibration_data([data]).of_rig(rig).trials
     assert read.turned == {"angle"}
     seen = at_times(run, read, rig.sensor)["angle"] - read.measured["angle"]
     assert abs(seen.mean()) < 0.05 * step
