@@ -131,7 +131,7 @@ def _of_pressures(trial: Trial, missed: Collection[str]) -> Iterator[Correction]
         groups[read] = "the measured pressures"
     for columns, name in groups.items():
         if columns:
-            whose = f"{name} ({_several(columns)})"
+            whose = f"{name} ({', '.join(columns)})"
             yield from _units("pressure", f"{whose} look", columns)
             yield Correction(
                 text=f"{whose} look absolute: subtract {ATMOSPHERE / PA_PER_KPA:g} kPa",
@@ -149,7 +149,7 @@ def _of_readings(kind: str, trial: Trial, missed: Collection[str]) -> Iterator[C
     groups = dict.fromkeys([tuple(map(column_of, every)), tuple(some)])
     for columns in groups:
         look = "looks" if len(columns) == 1 else "look"
-        yield from _units(kind, f"{_several(columns)} {look}", columns)
+        yield from _units(kind, f"{', '.join(columns)} {look}", columns)
     for columns in dict.fromkeys([*groups, *((column,) for column in some)]):
         yield _turned(columns)
     for first, second in itertools.combinations(some, 2):
@@ -190,7 +190,7 @@ def _units(kind: str, look: str, columns: Collection[str]) -> Iterator[Correctio
 
 def _turned(columns: Sequence[str]) -> Correction:
     return Correction(
-        text=f"the sign of {_several(columns)} looks turned: multiply by -1",
+        text=f"the sign of {', '.join(columns)} looks turned: multiply by -1",
         changed=dict.fromkeys(columns, (-1.0, 0.0)),
     )
 
@@ -205,7 +205,3 @@ def _commands(trial: Trial, *kinds: str) -> tuple[str, ...]:
     """Columns of commands of some kinds of drive."""
     columns = command_columns(trial.drives, trial.muscle_names)
     return tuple(c for c, kind in zip(columns, trial.drives.kinds, strict=True) if kind in kinds)
-
-
-def _several(columns: Collection[str]) -> str:
-    return ", ".join(columns)
