@@ -35,8 +35,7 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     what can be hidden.
     """
     import pamsim
-    from pamsim.comparison.readable_unit import readable_unit
-    from pamsim.core.units import to_si
+    from pamsim.comparison.readable_unit import readable, readable_unit
     from pamsim.effects.catalog import effect as look_up
     from pamsim.engine.parameters import rig_parameter
     from pamsim.report.link_page import Hidden
@@ -51,15 +50,14 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     recorded.save(out / "recording")
     with progress_bar("fit") as progress:
         report = pamsim.diagnose(out / "recording", effects=tried, seed=seed, progress=progress)
-    parameters: dict[str, tuple[float, str]] = {}
-    for name, value in recorded.hidden.items():
-        own = rig_parameter(rig, name)
-        unit = readable_unit(own)
-        parameters[name] = to_si(value, own.spec.unit, unit, where=name), unit
+    own = {name: rig_parameter(rig, name) for name in recorded.hidden}
     hidden = Hidden(
         effect=found.name,
         missing=found.missing,
-        parameters=parameters,
+        parameters={
+            name: (readable(own[name], value), readable_unit(own[name]))
+            for name, value in recorded.hidden.items()
+        },
         tried=tried,
         picture=_pictured(out / "arm.jpg") if film else None,
     )
