@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -14,7 +15,6 @@ from pamsim.comparison.links import Link, link_runs
 from pamsim.comparison.noise_floor import FloorRoute, NoiseFloor, noise_floor
 from pamsim.comparison.repeated_misfit import (
     LEVEL,
-    RepeatedMisfit,
     repeated_misfit,
     shared_p_values,
 )
@@ -107,17 +107,19 @@ def gap_per_link(
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])
         floor = noise_floor(layout(blocks), stack, trials)
-        channels = dict.fromkeys(block.channel for block in blocks)
-        found += [_output(link, channel, blocks, floor) for channel in channels]
-    p_values = _p_values(found)
-    outputs = tuple(map(_gap, found, p_values))
+        protocols: dict[str, dict[str, list[ResidualBlock]]] = {}
+        for block in blocks:
+            of_channel = protocols.setdefault(block.channel, {})
+            of_channel.setdefault(block.protocol, []).append(block)
+        found += [_Output(link, channel, own, floor) for channel, own in protocols.items()]
+    outputs = tuple(_gaps(found))
     notes = _broken(rig, trials, residuals)
     notes += [
         f"{one.link}, {one.channel}: trials may differ by as much, as far as so few repeats show"
         for one in outputs
         if one.missed >= MATERIAL and not one.exceeds
     ]
-    if any(not one.repeats for one in found):
+    if any(max(map(len, one.protocols.values())) == 1 for one in found):
         notes.append(
             "of inputs recorded once the floor is the noise within a trial: what drifts, or differs"
             " from trial to trial, counts as a gap"
@@ -146,72 +148,46 @@ def _broken(
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Output:
-    """An output before it is judged: mean squares over protocols [SI^2], samples of all trials."""
+class _Output(NamedTuple):
+    """Residuals of an output by protocol, and the floor of its link."""
 
     link: Link
     channel: str
-    square: float
-    variance: float
-    samples: int
-    repeats: tuple[RepeatedMisfit, ...]
-    floor_from: str
+    protocols: Mapping[str, Sequence[ResidualBlock]]
+    floor: NoiseFloor
 
 
-def _output(
-    link: Link, channel: str, blocks: Sequence[ResidualBlock], floor: NoiseFloor
-) -> _Output:
-    protocols: dict[str, list[ResidualBlock]] = {}
-    for block in blocks:
-        if block.channel == channel:
-            protocols.setdefault(block.protocol, []).append(block)
-    squares = [np.mean([np.mean(b.residual**2) for b in own]) for own in protocols.values()]
-    return _Output(
-        link=link,
-        channel=channel,
-        square=float(np.mean(squares)),
-        variance=float(np.mean([floor.variance_in(channel, p) for p in protocols])),
-        samples=sum(b.residual.size for own in protocols.values() for b in own),
-        repeats=tuple(
+def _gaps(found: Sequence[_Output]) -> Iterator[OutputGap]:
+    tiny = float(np.finfo(float).tiny)
+    repeats = [
+        [
             repeated_misfit({b.trial: b.residual for b in own})
-            for own in protocols.values()
+            for own in one.protocols.values()
             if len(own) > 1
-        ),
-        floor_from=str(next(floor.routes[channel, p] for p in protocols)),
-    )
-
-
-def _p_values(found: Sequence[_Output]) -> list[float]:
-    """P-value of each output, corrected for their number."""
-    repeated = [one for one in found if one.repeats]
-    shared = iter(shared_p_values([one.repeats for one in repeated]) if repeated else ())
-    p_values: list[float] = []
-    for one in found:
-        if one.repeats:
-            p_values.append(next(shared))
+        ]
+        for one in found
+    ]
+    shared = iter(shared_p_values([own for own in repeats if own]) if any(repeats) else ())
+    for one, own in zip(found, repeats, strict=True):
+        each = [[b.residual for b in blocks] for blocks in one.protocols.values()]
+        square = float(np.mean([np.mean([np.mean(r**2) for r in same]) for same in each]))
+        variance = float(np.mean([one.floor.variance_in(one.channel, p) for p in one.protocols]))
+        if own:
+            p_value, missed = next(shared), float(np.mean([misfit.shared for misfit in own]))
         else:  # noise as white as the floor takes it for
-            ratio = one.square / max(one.variance, np.finfo(float).tiny)
-            tail = float(f_distribution.sf(ratio, one.samples, one.samples))
-            p_values.append(min(1.0, tail * len(found)))
-    return p_values
-
-
-def _gap(one: _Output, p_value: float) -> OutputGap:
-    kind = KINDS[kind_of(one.channel)]
-    floor = max(one.variance, np.finfo(float).tiny) ** 0.5
-    missed = one.square - one.variance
-    if one.repeats:
-        missed = float(np.mean([own.shared for own in one.repeats]))
-    missed = max(missed, 0.0) ** 0.5 / floor
-    return OutputGap(
-        link=one.link.name,
-        channel=one.channel,
-        unit=kind.shown,
-        gap=one.square**0.5 * kind.scale,
-        floor=floor * kind.scale,
-        missed=missed,
-        p_value=p_value,
-        floor_from=one.floor_from,
-        exceeds=missed >= MATERIAL and p_value < LEVEL,
-    )
+            samples = sum(r.size for same in each for r in same)
+            tail = float(f_distribution.sf(square / max(variance, tiny), samples, samples))
+            p_value, missed = min(1.0, tail * len(found)), square - variance
+        kind, floor = KINDS[kind_of(one.channel)], max(variance, tiny) ** 0.5
+        missed = max(missed, 0.0) ** 0.5 / floor
+        yield OutputGap(
+            link=one.link.name,
+            channel=one.channel,
+            unit=kind.shown,
+            gap=square**0.5 * kind.scale,
+            floor=floor * kind.scale,
+            missed=missed,
+            p_value=p_value,
+            floor_from=str(one.floor.routes[one.channel, next(iter(one.protocols))]),
+            exceeds=missed >= MATERIAL and p_value < LEVEL,
+        )
