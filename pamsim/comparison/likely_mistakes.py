@@ -11,9 +11,8 @@ no mistake of a recording.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -107,20 +106,18 @@ def likely_mistakes(
         first.setdefault((trial.protocol, trial.load), trial)
     chosen = list(first.values())[:_TRIALS]
     rows = [_rows(t, simulated.get(t.name)) for t in chosen]
-    tried = [
-        _tried(correction, chosen, rows) for correction in corrections(worst, missed[worst.name])
-    ]
-    found = sorted(_helpful(rig, tried, threads), key=lambda one: one.left)
+    tried = corrections(worst, missed[worst.name])
+    found = sorted(_helpful(rig, tried, chosen, rows, threads), key=lambda one: one.left)
     if not found:
         return ()
     best = found[0]
-    as_it_stands = least_missed(rig, lambda one: _missed_by(one, best.tried.before, threads))
+    as_it_stands = least_missed(rig, lambda one: _missed_by(one, best.trials[0], threads))
     if as_it_stands <= _WORSE * best.left:  # before the rig's numbers are fitted to it as well
-        corrected = least_missed(rig, lambda one: _missed_by(one, best.tried.after, threads))
+        corrected = least_missed(rig, lambda one: _missed_by(one, best.trials[1], threads))
         if as_it_stands <= _WORSE * corrected:
             return ()
     likely = [one for one in found if one.left <= _LIKE[0] + _LIKE[1] * best.left]
-    texts = [one.tried.correction.text for one in likely]
+    texts = [one.correction.text for one in likely]
     wrong = [t.name for t in trials if missed[t.name]]
     where = "all trials" if len(wrong) == len(trials) else first_few(wrong, 3)
     return (
@@ -129,23 +126,14 @@ def likely_mistakes(
     )
 
 
-@dataclass(frozen=True)
-class _Tried:
-    """A correction, and the same beginnings of trials before and after it."""
+class _Helpful(NamedTuple):
+    """A correction that helps."""
 
     correction: Correction
-    before: list[Trial]
-    after: list[Trial]
-
-
-@dataclass(frozen=True)
-class _Helpful:
-    """A correction that helps: shares of the channels it changes, and the sum left of all."""
-
-    tried: _Tried
-    before: list[float]
+    trials: tuple[list[Trial], list[Trial]]  # the same beginnings before and after it
+    before: list[float]  # shares of the channels that it changes
     after: list[float]
-    left: float
+    left: float  # sum of the shares of all channels
 
 
 def _rows(trial: Trial, simulated: Signals | None) -> int:
@@ -159,47 +147,43 @@ def _rows(trial: Trial, simulated: Signals | None) -> int:
     return int(np.searchsorted(np.cumsum(missed), 0.5 * missed.sum()))
 
 
-def _tried(correction: Correction, trials: Sequence[Trial], rows: Sequence[int]) -> _Tried:
-    after = [correction.applied(trial) for trial in trials]
-    counts = [
-        max(int(np.searchsorted(trial.time, _SECONDS, side="right")), least, _FEWEST)
-        for trial, least in zip(after, rows, strict=True)
-    ]
-    return _Tried(
-        correction,
-        *(
-            [trial.rows(slice(count)) for trial, count in zip(own, counts, strict=True)]
-            for own in (trials, after)
-        ),
-    )
-
-
-def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator[_Helpful]:
+def _helpful(
+    rig: Rig,
+    tried: Iterable[Correction],
+    trials: Sequence[Trial],
+    rows: Sequence[int],
+    threads: int | None,
+) -> Iterator[_Helpful]:
     """Corrections that leave little of what the channels that they change are missed by."""
-    possible: list[tuple[_Tried, list[tuple[Rig, Trial, Experiment]]]] = []
-    for one in tried:
+    possible: list[tuple[Correction, list[Trial], list[Trial]]] = []
+    jobs: list[tuple[Rig, Trial, Experiment]] = []
+    for correction in tried:
+        whole = [correction.applied(trial) for trial in trials]
+        counts = [
+            max(int(np.searchsorted(trial.time, _SECONDS, side="right")), least, _FEWEST)
+            for trial, least in zip(whole, rows, strict=True)
+        ]
+        before, after = (
+            [trial.rows(slice(count)) for trial, count in zip(own, counts, strict=True)]
+            for own in (trials, whole)
+        )
         try:
-            jobs = _jobs(rig, [*one.before, *one.after])
+            given, corrected = _jobs(rig, before), _jobs(rig, after)
         except InputError:  # such as a set point below the atmosphere
             continue
-        if all(_within_supply(rig, experiment) for *_, experiment in jobs[len(one.before) :]):
-            possible.append((one, jobs))
-    signals = iter(sensed_signals([job for _, jobs in possible for job in jobs], threads=threads))
-    for one, _ in possible:
-        before, after = (
-            _shares(trials, [next(signals) for _ in trials]) for trials in (one.before, one.after)
-        )
+        if all(_within_supply(rig, experiment) for *_, experiment in corrected):
+            possible.append((correction, before, after))
+            jobs += [*given, *corrected]
+    signals = iter(sensed_signals(jobs, threads=threads))
+    for correction, *both in possible:
+        before, after = (_shares(own, [next(signals) for _ in own]) for own in both)
         # A reading that drives nothing is judged by itself: other channels may be off anyway.
-        own = one.correction.reads(one.before[0]) or before
+        own = correction.reads(both[0][0]) or before
         changed = [c for c in own if abs(before[c] - after[c]) > _CHANGED]
         lost, left = sum(before[c] for c in changed), sum(after[c] for c in changed)
         if left <= _LEFT * lost and lost - left >= _GAIN:
-            yield _Helpful(
-                one,
-                [before[c] for c in changed],
-                [after[c] for c in changed],
-                sum(after.values()),
-            )
+            shares = [before[c] for c in changed], [after[c] for c in changed]
+            yield _Helpful(correction, (both[0], both[1]), *shares, sum(after.values()))
 
 
 def _jobs(rig: Rig, trials: Sequence[Trial]) -> list[tuple[Rig, Trial, Experiment]]:

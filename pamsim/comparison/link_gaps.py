@@ -171,7 +171,7 @@ def _gaps(found: Sequence[_Output]) -> Iterator[OutputGap]:
     for one, own in zip(found, repeats, strict=True):
         each = [[b.residual for b in blocks] for blocks in one.protocols.values()]
         square = float(np.mean([np.mean([np.mean(r**2) for r in same]) for same in each]))
-        variance = float(np.mean([one.floor.variance_in(one.channel, p) for p in one.protocols]))
+        variance = float(np.mean([one.floor.variance[one.channel, p] for p in one.protocols]))
         if own:
             p_value, missed = next(shared), float(np.mean([misfit.shared for misfit in own]))
         else:  # noise as white as the floor takes it for

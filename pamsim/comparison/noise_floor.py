@@ -56,10 +56,6 @@ class NoiseFloor:
     variance: Mapping[tuple[str, str], float]  # (channel, protocol) -> variance [SI^2]
     routes: Mapping[tuple[str, str], FloorRoute]  # (channel, protocol) -> how it is known
 
-    def variance_in(self, channel: str, protocol: str) -> float:
-        """Variance of a channel in a protocol [SI^2]; over all of them if it is not known there."""
-        return self.variance.get((channel, protocol), self.sd[channel] ** 2)
-
 
 def noise_floor(
     places: Sequence[BlockPlace],
