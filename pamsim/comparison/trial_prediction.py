@@ -136,13 +136,11 @@ class TrialPredictor:
     def adjusted(self, simulated: Prediction) -> Prediction:
         """A prediction of `as_simulated` from the starts that fit the trials best."""
         assert self._starts is not None
-        trials: dict[str, dict[str, FloatArray]] = {}
+        trials = dict(simulated.trials)
         for trial, (start, sensitivities) in zip(self.data.trials, self._starts, strict=True):
-            signals = simulated.trials.get(trial.name)
-            if signals is not None:
-                if sensitivities:
-                    signals = start.adjusted(trial, signals, sensitivities, self.compared(trial))
-                trials[trial.name] = signals
+            if sensitivities and trial.name in trials:
+                signals, compared = trials[trial.name], self.compared(trial)
+                trials[trial.name] = start.adjusted(trial, signals, sensitivities, compared)
         return replace(simulated, trials=trials)
 
     def as_simulated(
