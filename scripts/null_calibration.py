@@ -30,11 +30,13 @@ from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.limits import ALPHA
 from pamsim.diagnosis.by_link.remainder import remainders
-from pamsim.inference.blocks import Stack
-from pamsim.inference.model_comparison import compare_with_reference
-from pamsim.inference.near_units import missed_together, nearest_units
-from pamsim.inference.permutation import best_of_many_p_values
-from pamsim.inference.projected_effect import FreeForms, compare_effects
+from pamsim.inference.model_comparison import compare_paired
+from pamsim.inference.row_tests import (
+    UnseenRows,
+    best_of_many_p_values,
+    missed_together,
+    nearest_units,
+)
 
 Found = tuple[dict[str, float], dict[str, bool]]
 """Of one data set: test -> its p-value, and rule -> whether it found something."""
@@ -83,22 +85,12 @@ def row_tests(count: int, colour: str, rng: np.random.Generator) -> Found:
     p_values = best_of_many_p_values(
         base, columns[0], list(zip(extended, columns[1:], strict=True)), seed=seed
     )
-    rows = Stack(
-        units=tuple(map(str, range(count))),
-        unit=np.arange(count),
-        residual=base,
-        jacobian=columns[0],
-    )
-    beside = FreeForms(rows, np.empty((count, 0)))
+    beside = UnseenRows(base, columns[0])
     found = [beside.effect(-own) for own in effects]
-    scores = [float(compare_effects([one], seed=seed).p_value[0]) for one in found]
-    unseen = [
-        compare_with_reference(beside.losses, one.losses[:, np.newaxis], seed=seed) for one in found
-    ]
+    scores = [one.p_value(seed) for one in found]
+    unseen = [compare_paired(beside.losses - one.losses, seed=seed)[1] for one in found]
     wrong = PLANTED * np.sign(effects[0] - np.median(effects[0]))
-    equally = compare_with_reference(
-        (residual + wrong) ** 2, ((residual - wrong) ** 2)[:, np.newaxis], seed=seed
-    )
+    _, equally = compare_paired((residual + wrong) ** 2 - (residual - wrong) ** 2, seed=seed)
     true = residual - TRUE_SIZE * effects[0] / float(np.std(effects[0]))
     both = np.column_stack([columns[1], effects[1]])
     adds = best_of_many_p_values(
@@ -108,7 +100,7 @@ def row_tests(count: int, colour: str, rng: np.random.Generator) -> Found:
     _, left = missed_together(base, columns[0], near, seed=seed)
     return (
         {
-            ROWS: float(equally.p_value[0]),
+            ROWS: equally,
             BEST_ROW_EFFECT: min(p_values),
             SCORES: scores[0],
             ADDS: adds[0],
@@ -116,8 +108,8 @@ def row_tests(count: int, colour: str, rng: np.random.Generator) -> Found:
         },
         {
             "effect claimed in rows": any(
-                max(chance, score, float(one.p_value[0])) <= ALPHA
-                for chance, score, one in zip(p_values, scores, unseen, strict=True)
+                max(chance, score, by_losses) <= ALPHA
+                for chance, score, by_losses in zip(p_values, scores, unseen, strict=True)
             ),
             "remainder in rows": left <= ALPHA,
         },
@@ -142,7 +134,7 @@ def trial_tests(repeats: int, kind: str, rng: np.random.Generator) -> Found:
     noise = [_trial_noise(rng, repeats, kind, signal) for _ in range(2)]
     wrong = PLANTED * signal[:, np.newaxis]
     losses = [np.mean((noise[0] + sign * wrong) ** 2, axis=-1).ravel() for sign in (1.0, -1.0)]
-    equally = compare_with_reference(losses[0], losses[1][:, np.newaxis], seed=seed)
+    _, equally = compare_paired(losses[0] - losses[1], seed=seed)
     links = [Link(PARTS[:1]), Link(PARTS[1:])]
     rows = {
         link: [
@@ -153,7 +145,7 @@ def trial_tests(repeats: int, kind: str, rng: np.random.Generator) -> Found:
     each = {link: np.mean(own**2, axis=-1).ravel() for link, own in zip(links, noise, strict=True)}
     left = remainders(rows, each, seed=seed).values()
     return (
-        {TRIALS: float(equally.p_value[0]), SHARED: min(1.0, *(one.p_value for one in left))},
+        {TRIALS: equally, SHARED: min(1.0, *(one.p_value for one in left))},
         {"remainder in trials": any(one.counts for one in left)},
     )
 

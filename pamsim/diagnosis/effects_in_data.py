@@ -19,12 +19,11 @@ from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, common_unit, to_si
 from pamsim.diagnosis.by_link.limits import MATERIAL
-from pamsim.diagnosis.by_link.link_model import as_columns, project_out
 from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import as_columns, orthonormal, project_out
 from pamsim.inference.residual_block import BlockPlace, Blocks, layout
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.signals import kind_of

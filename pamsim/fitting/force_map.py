@@ -23,7 +23,7 @@ from pamsim.fitting.curve_fit import (
 )
 from pamsim.fitting.result import FittedLaw, coefficient_entries
 from pamsim.fitting.scores import HeldOut, Rows, grouped
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import orthonormal, project_out
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
@@ -327,6 +327,6 @@ def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: Sequence[Coef
         matrix = difference_columns(curve, place, coefficients)
         if np.all(np.isfinite(matrix)) and np.any(matrix[:, 0]):
             own, basis = matrix[:, 0], orthonormal(matrix[:, 1:], _DIRECTION)
-            rest = own - basis @ (basis.T @ own)
+            rest = project_out(basis, own)
             return bool(np.linalg.norm(rest) < _REDUNDANT * np.linalg.norm(own))
     return False

@@ -26,7 +26,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -79,23 +78,6 @@ class Block:
     def white(self, own: FloatArray) -> FloatArray:
         """Own rows of a residual or a Jacobian, (n, ...), with white noise of variance 1."""
         return self.noise.whiten(own) / np.sqrt(self.noise.variance)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stack:
-    """Whitened rows of many blocks, in the order of the blocks.
-
-    Attributes:
-        units: names, in the order of their first block.
-        unit: number of the unit of every row, (n,).
-        residual: simulated minus measured, (n,).
-        jacobian: change of the residual with each parameter, (n, p) [1 / parameter unit].
-    """
-
-    units: tuple[str, ...]
-    unit: NDArray[np.intp]
-    residual: FloatArray
-    jacobian: FloatArray
 
 
 def unit_names(blocks: Sequence[Block]) -> tuple[str, ...]:

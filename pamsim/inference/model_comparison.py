@@ -25,8 +25,7 @@ Molecular Biology 9 (2010) (p-values that are never 0).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,21 +37,8 @@ DRAWN = 9_999
 """Sign patterns drawn where there are more in all (14 units and more): a p-value of 0.05 then has
 a standard error of 0.002. The smallest p-value is 0.0001."""
 
-_BLOCK = 500  # patterns at a time, so that many comparisons fit into memory
+_BLOCK = 500  # patterns at a time, so that they fit into memory
 _ROUNDING = 1e-12  # relative difference of two statistics that counts as none
-
-
-@dataclass(frozen=True, kw_only=True)
-class Comparisons:
-    """Result of k paired comparisons on the same units, each by itself.
-
-    Attributes:
-        gain: mean over the units of each difference, (k,) [unit of the losses].
-        p_value: of a mean that is not above 0, (k,).
-    """
-
-    gain: FloatArray
-    p_value: FloatArray
 
 
 def fewest_units(alpha: float) -> int:
@@ -69,86 +55,58 @@ def fewest_units(alpha: float) -> int:
     return units
 
 
-def compare_with_reference(
-    reference: FloatArray, losses: FloatArray, *, seed: int = 0
-) -> Comparisons:
-    """Which models predict better than a reference.
-
-    Args:
-        reference: (n,) losses of the reference on n held-out units.
-        losses: (n, k) of the models, on the same units.
-        seed: random seed of the sign patterns, where they are drawn.
-
-    Raises:
-        InputError: shapes that do not fit, or a loss that is not finite.
-    """
-    if losses.ndim != 2 or reference.shape != losses.shape[:1]:
-        raise InputError(f"losses of shapes {reference.shape} and {losses.shape}, not (n,), (n, k)")
-    return compare_paired(reference[:, np.newaxis] - losses, seed=seed)
-
-
 def compare_paired(
     differences: FloatArray, *, covariance: FloatArray | None = None, seed: int = 0
-) -> Comparisons:
-    """Whether the mean of each difference is above 0.
+) -> tuple[float, float]:
+    """The mean of some differences, and the p-value of one that is not above 0.
 
-    The statistic is the sum of a column over the root of its sum of squares, which is a function of
-    Student's t that increases with it, the same one for all columns.
+    The statistic is their sum over the root of their sum of squares, which is a function of
+    Student's t that increases with it.
 
     Args:
-        differences: (n, k) of k pairs of losses on n units, or other values whose sign is arbitrary
-            if nothing is there, such as the scores of `pamsim.inference.projected_effect`.
-        covariance: (k, n, n) of each column under noise alone, up to a factor, where units are not
-            independent: each flipped sum is then compared in units of its own standard deviation.
+        differences: (n,) of the losses of two models on n units, or other values whose sign is
+            arbitrary if nothing is there, such as the scores of `pamsim.inference.row_tests`.
+        covariance: (n, n) of them under noise alone, up to a factor, where units are not
+            independent: flipped sums are then compared in units of their own standard deviation.
         seed: random seed of the sign patterns, where they are drawn.
 
     Raises:
-        InputError: not (n, k), or a value that is not finite.
+        InputError: not (n,), or a value that is not finite.
     """
-    if differences.ndim != 2 or 0 in differences.shape:
-        raise InputError(f"differences of shape {differences.shape}, not (n units, k)")
+    if differences.ndim != 1 or not differences.size:
+        raise InputError(f"differences of shape {differences.shape}, not (n units,)")
     if not np.all(np.isfinite(differences)):
         raise InputError("a loss is not finite; leave out models that cannot be simulated")
-    count = len(differences)
-    scaled = standardised(differences)
-    units = unit_order(scaled)
-    scaled = scaled[units]
-    if covariance is None:
-        covariance = np.eye(count)[np.newaxis]
-    spreads = _spreads(covariance[:, units][:, :, units])
-    observed = scaled.sum(axis=0) / spreads(np.ones((1, count)))[0]
-    limit = observed - _ROUNDING * math.sqrt(count)
-    reached, patterns = np.zeros(observed.size), 0
-    for signs in sign_patterns(count, np.random.default_rng(seed)):
-        patterns += len(signs)
-        reached += np.sum((signs @ scaled) / spreads(signs) >= limit, axis=0)
-    return Comparisons(gain=differences.mean(axis=0), p_value=reached / patterns)
+    count = differences.size
+    scaled = _standardised(differences)
+    order = unit_order(scaled)
+    scaled = scaled[order]
+    own = None if covariance is None else covariance[np.ix_(order, order)]
 
-
-def standardised(differences: FloatArray) -> FloatArray:
-    """Columns (n, k) with a sum of squares of 1, or 0 where all are 0."""
-    largest = np.max(np.abs(differences), axis=0)
-    scaled = differences / np.where(largest > 0.0, largest, 1.0)
-    norms = np.linalg.norm(scaled, axis=0)
-    return scaled / np.where(norms > 0.0, norms, 1.0)
-
-
-def unit_order(scaled: FloatArray) -> NDArray[np.intp]:
-    """Units in the order of their values (n, k), so that p-values do not depend on another."""
-    keys = np.concatenate([np.sort(scaled), np.sort(np.abs(scaled))], axis=1)
-    return np.lexsort(keys.T)
-
-
-def _spreads(covariance: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Signs (b, n) to the deviation of flipped sums over that of independent units, (b, k)."""
-    whole = np.maximum(np.trace(covariance, axis1=1, axis2=2), np.finfo(float).tiny)
-
-    def ratio(signs: FloatArray) -> FloatArray:
-        squares = np.stack([np.sum((signs @ c) * signs, axis=1) for c in covariance], axis=1)
+    def statistic(signs: FloatArray) -> FloatArray:
+        sums = signs @ scaled
+        if own is None:
+            return sums
+        whole = max(float(np.trace(own)), np.finfo(float).tiny)
+        squares = np.sum((signs @ own) * signs, axis=1)
         # A sum without variance is 0 but for rounding.
-        return np.sqrt(np.maximum(squares / whole, _ROUNDING))
+        return sums / np.sqrt(np.maximum(squares / whole, _ROUNDING))
 
-    return ratio
+    limit = statistic(np.ones((1, count))) - _ROUNDING * math.sqrt(count)
+    drawn = [statistic(s) for s in sign_patterns(count, np.random.default_rng(seed))]
+    return float(differences.mean()), float(np.mean(np.concatenate(drawn) >= limit))
+
+
+def _standardised(differences: FloatArray) -> FloatArray:
+    """Differences (n,) with a sum of squares of 1, or 0 where all are 0."""
+    largest = float(np.max(np.abs(differences)))
+    scaled = differences / (largest or 1.0)
+    return scaled / (float(np.linalg.norm(scaled)) or 1.0)
+
+
+def unit_order(values: FloatArray) -> NDArray[np.intp]:
+    """Units in the order of their values (n,), so that p-values do not depend on another."""
+    return np.lexsort((values, np.abs(values)))
 
 
 def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:

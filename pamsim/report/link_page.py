@@ -19,7 +19,7 @@ from pamsim.comparison.links import in_links
 from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.inference.model_comparison import DRAWN
-from pamsim.inference.permutation import ORDERS
+from pamsim.inference.row_tests import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page

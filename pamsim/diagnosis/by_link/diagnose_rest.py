@@ -31,7 +31,7 @@ from pamsim.diagnosis.by_link.sizes import sizes
 from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.inference.model_comparison import fewest_units
-from pamsim.inference.near_units import nearest_units
+from pamsim.inference.row_tests import nearest_units
 
 SimulatorAt = Callable[[float, Mapping[str, float]], RestSimulator]
 """Variance of the noise of every row [SI], and parameters [SI] near which predictions have to be

@@ -21,7 +21,7 @@ from pamsim.diagnosis.by_link.effect_entry import (
 )
 from pamsim.diagnosis.by_link.judged import Instead, Judged
 from pamsim.diagnosis.by_link.link_fit import PRIOR
-from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import nothing_material
 from pamsim.diagnosis.by_link.result import LinkEntry, NuisanceEntry
 from pamsim.diagnosis.by_link.sizes import Size
@@ -31,7 +31,7 @@ from pamsim.effects.effect import LINKS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import as_columns, orthonormal, project_out
 
 _FAR = 2.0  # standard deviations of `PRIOR`, beyond which one value in twenty lies
 

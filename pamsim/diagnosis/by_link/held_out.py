@@ -20,7 +20,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.units import Rows
-from pamsim.inference.model_comparison import compare_with_reference
+from pamsim.inference.model_comparison import compare_paired
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,8 +66,7 @@ class HeldOut:
     def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
         """How much better a model predicts some links than another, in units that measure any."""
         own, other = (_mean_loss(self._by_unit(m), links) for m in (model, rest))
-        found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
-        gain, p_value = float(found.gain[0]), float(found.p_value[0])
+        gain, p_value = compare_paired(other - own, seed=self._seed)
         return Difference(gain=gain, p_value=p_value, limits=self._units.limits)
 
     def worse(

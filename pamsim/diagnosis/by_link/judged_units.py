@@ -13,10 +13,10 @@ from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.limits import USUAL, Limits
-from pamsim.diagnosis.by_link.link_model import as_columns
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
+from pamsim.inference.projection import as_columns
 from pamsim.recordings.trial import HELD_OUT_SUFFIX, Trial
 
 VARYING = (

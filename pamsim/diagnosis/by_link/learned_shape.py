@@ -28,7 +28,7 @@ from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.joint_curves import joint_places
 from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sensor_curves import sensor_place
@@ -37,7 +37,7 @@ from pamsim.diagnosis.by_link.units import Units
 from pamsim.diagnosis.by_link.valve_curves import valve_place
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.rig import Rig
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import orthonormal, project_out
 from pamsim.recordings.trial import Trial
 
 _WEAKEST = 1e-3  # a direction of control values that is seen less, relative, promises nothing

@@ -7,7 +7,7 @@ Half of ten rows would show nothing, and no row is unseen by the search. So
   and predicts rows that are left out better (flips of their losses). Noise alone passes the first
   two tests in 7 % of toy tables at a level of 5 %, and all three in 0.5 %.
 * more than noise is left if rows with near inputs miss something together
-  (`pamsim.inference.near_units`).
+  (`pamsim.inference.row_tests`).
 * a rival is worse if the parameters of the effect add something to the model with the rival, and
   not the other way round (encompassing, Mizon and Richard, Econometrica 54 (1986); exchanges of the
   rows). Where each adds to the other neither formula is exact, and flips of the losses decide: they
@@ -15,7 +15,7 @@ Half of ten rows would show nothing, and no row is unseen by the search. So
   left may be so by its formula alone: it ties.
 
 All is linear about a fit to all rows, and in the size of an effect
-(`pamsim.inference.projected_effect`); numbers of its shape stay as all rows have fitted them.
+(`pamsim.inference.row_tests`); numbers of its shape stay as all rows have fitted them.
 """
 
 from __future__ import annotations
@@ -31,14 +31,12 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.inference.blocks import Stack
-from pamsim.inference.model_comparison import compare_with_reference
-from pamsim.inference.near_units import missed_together
-from pamsim.inference.permutation import best_of_many_p_values
-from pamsim.inference.projected_effect import FreeForms, compare_effects, orthonormal
+from pamsim.inference.model_comparison import compare_paired
+from pamsim.inference.projection import as_columns, orthonormal, project_out
+from pamsim.inference.row_tests import UnseenRows, best_of_many_p_values, missed_together
 
 _DETERMINED = 1e-9  # share of a row's variance below which a fit passes through the row
 
@@ -49,7 +47,7 @@ class LeftOut:
     Args:
         fitter: of all rows, each a unit of its own.
         known: signatures of all that was tried on them.
-        near: weights of each row's neighbours, see `pamsim.inference.near_units.nearest_units`.
+        near: weights of each row's neighbours, see `pamsim.inference.row_tests.nearest_units`.
         seed: random seed of exchanges and sign flips.
 
     Raises:
@@ -89,14 +87,9 @@ class LeftOut:
         """How much better a model predicts some links than the same without one effect."""
         rows, beside = self._fitter.in_links(links), self._beside(rest, links)
         step = beside.effect((model.rows - rest.rows)[rows])
-        found = compare_with_reference(beside.losses, step.losses[:, np.newaxis], seed=self._seed)
-        p_values = (
-            self._by_chance(model, rest, rows),
-            float(compare_effects([step], seed=self._seed).p_value[0]),
-            float(found.p_value[0]),
-        )
-        gain = float(found.gain[0])
-        return Difference(gain=gain, p_value=max(p_values), limits=self._limits)
+        gain, by_losses = compare_paired(beside.losses - step.losses, seed=self._seed)
+        p_value = max(self._by_chance(model, rest, rows), step.p_value(self._seed), by_losses)
+        return Difference(gain=gain, p_value=p_value, limits=self._limits)
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -106,8 +99,7 @@ class LeftOut:
         mine, theirs = (
             beside.effect((one.rows - rest.rows)[rows]).losses for one in (model, rival)
         )
-        found = compare_with_reference(theirs, mine[:, np.newaxis], seed=self._seed)
-        gain, p_value = float(found.gain[0]), float(found.p_value[0])
+        gain, p_value = compare_paired(theirs - mine, seed=self._seed)
         left = [one for link, one in self.remainders(model).items() if link in links]
         if gain <= max(one.certain for one in left):
             p_value = 1.0
@@ -127,19 +119,10 @@ class LeftOut:
             found[link] = Remainder(excess=excess, p_value=p_value, limits=self._limits)
         return found
 
-    def _beside(self, model: LinkModel, links: Collection[Link]) -> FreeForms:
+    def _beside(self, model: LinkModel, links: Collection[Link]) -> UnseenRows:
         """Rows of some links, each predicted from the others, about a model."""
-        fitter, blocks = self._fitter, self._fitter.units.fitted.blocks
-        rows = fitter.in_links(links)
-        return FreeForms(
-            Stack(
-                units=tuple(blocks[k].unit for k in np.flatnonzero(rows).tolist()),
-                unit=np.arange(int(np.sum(rows))),
-                residual=model.rows[rows],
-                jacobian=_free_columns(model)[rows],
-            ),
-            np.empty((int(np.sum(rows)), 0)),
-        )
+        rows = self._fitter.in_links(links)
+        return UnseenRows(model.rows[rows], _free_columns(model)[rows])
 
     def _by_chance(self, model: LinkModel, rest: LinkModel, rows: NDArray[np.bool_]) -> float:
         """p-value of a model, among the best of all that was tried beside the rest."""

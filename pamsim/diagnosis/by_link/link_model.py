@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.units import FloatArray
+from pamsim.inference.projection import as_columns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,13 +68,3 @@ class LinkModel:
     def jacobian(self) -> FloatArray:
         """Sensitivities as columns, (f, p)."""
         return as_columns(self.sensitivities.values(), self.rows.size)
-
-
-def as_columns(vectors: Iterable[FloatArray], rows: int) -> FloatArray:
-    """Vectors (n,) as the columns of a matrix (n, k), of which there may be none."""
-    return np.column_stack([np.empty((rows, 0)), *vectors])
-
-
-def project_out(basis: FloatArray, rows: FloatArray) -> FloatArray:
-    """Part of rows, (n,) or (n, k), that an orthonormal basis (n, p) cannot give."""
-    return rows - basis @ (basis.T @ rows)

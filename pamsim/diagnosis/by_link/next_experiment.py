@@ -16,12 +16,11 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import Judged, Rival
-from pamsim.diagnosis.by_link.link_model import project_out
 from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import orthonormal, project_out
 from pamsim.recordings.recording import Outcome
 from pamsim.recordings.sensors import distorted
 

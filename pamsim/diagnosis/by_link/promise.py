@@ -11,8 +11,8 @@ from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.inference.projection import as_columns, orthonormal, project_out
 
 _NONE_LEFT = 1e-8
 """Share of a signature's squares below which nothing is left of it beside a model: finite
@@ -125,7 +125,11 @@ def forms_of(fitter: LinkFitter, model: LinkModel, known: Iterable[Signature]) -
     """What errors of the formulas of a model's effects may look like, as columns (f, k).
 
     What other formulas look like (`of_families`), and each effect with a size of its own in every
-    input and link: a formula that is not exact is off by another share in each.
+    input and link: a formula that is not exact is off by another share in each. What is in the span
+    of these cannot be distinguished from such an error, whatever its size.
+
+    Source: M. Plumlee, Journal of the American Statistical Association 112 (2017) (discrepancy
+    orthogonal to the model).
     """
     columns = [of_families(model, known)]
     rows = fitter.units.fitted

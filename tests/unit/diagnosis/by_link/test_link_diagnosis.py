@@ -14,7 +14,7 @@ from pamsim.diagnosis.by_link.promise import forms_of, signatures
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.sizes import sizes
 from pamsim.diagnosis.by_link.units import whole_trials
-from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.projection import orthonormal
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
     ARMLINK,

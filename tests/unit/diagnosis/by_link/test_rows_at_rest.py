@@ -21,7 +21,7 @@ from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.blocks import Block
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.near_units import nearest_units
+from pamsim.inference.row_tests import nearest_units
 from tests.unit.diagnosis.by_link.toy_table import (
     LIBRARY,
     LOCK,
