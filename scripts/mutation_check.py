@@ -92,17 +92,11 @@ PARTS = {
     "learned": Room(
         (
             "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
-            "diagnosis/by_link/joint_curves.py", "diagnosis/by_link/muscle_curves.py",
-            "diagnosis/by_link/even_curves.py", "diagnosis/by_link/sensor_curves.py",
-            "diagnosis/by_link/valve_curves.py",
+            "diagnosis/by_link/curve_places.py",
             "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/curve_forms.py",
         ),
         (
-            "unit/physics/test_learned_curves.py"
-            " unit/diagnosis/by_link/test_joint_curves.py"
-            " unit/diagnosis/by_link/test_muscle_curves.py"
-            " unit/diagnosis/by_link/test_sensor_curves.py"
-            " unit/diagnosis/by_link/test_valve_curves.py"
+            "unit/physics/test_learned_curves.py unit/diagnosis/by_link/test_curve_places.py"
             " unit/diagnosis/by_link/test_learned_entry.py",
             f"{_FIELDS} unit/diagnosis/by_link physics/test_effects.py",
         ),

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.learned_curve import Kind
+from pamsim.diagnosis.by_link.curve_places import Kind
 
 FOLLOWS = 0.95
 """Share of a curve's squares about its mean from which a form follows it: a picture of both shows

@@ -10,7 +10,7 @@ import numpy as np
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.diagnosis.by_link.curve_forms import description
-from pamsim.diagnosis.by_link.learned_curve import Curve, Kind
+from pamsim.diagnosis.by_link.curve_places import Curve, Kind
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 from pamsim.engine.rig import Rig
 

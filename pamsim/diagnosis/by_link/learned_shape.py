@@ -24,17 +24,21 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.diagnosis.by_link.curve_places import (
+    Curve,
+    Kind,
+    Place,
+    joint_places,
+    muscle_place,
+    sensor_place,
+    valve_place,
+)
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.joint_curves import joint_places
-from pamsim.diagnosis.by_link.learned_curve import Curve, Kind, Place
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.muscle_curves import muscle_place
 from pamsim.diagnosis.by_link.search import WORTH
-from pamsim.diagnosis.by_link.sensor_curves import sensor_place
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
-from pamsim.diagnosis.by_link.valve_curves import valve_place
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.rig import Rig
 from pamsim.inference.projection import orthonormal, project_out

@@ -1,0 +1,353 @@
+"""Where curves are learned of what has no name, between which ends, and their control values.
+
+Torques on a joint are forces along a tendon that runs over it alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from pamsim.comparison.link_inputs import link_inputs, smoothed
+from pamsim.comparison.links import JOINT, MUSCLE, VALVES
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.sizes import SizeErrors
+from pamsim.engine.equilibrium import moment_arms, tendon_lengths
+from pamsim.engine.rig import Rig
+from pamsim.physics.learned import LENGTH, SPEED, learns
+from pamsim.physics.learned_tension import CONTROLS as TENSIONS
+from pamsim.physics.learned_tension import LearnedTension, learns_tension
+from pamsim.physics.spline import shares
+from pamsim.physics.valves import CONTROLS as FLOWS
+from pamsim.physics.valves import learns_flow
+from pamsim.recordings.sensors import CONTROLS as READINGS
+from pamsim.recordings.trial import Trial
+
+_RATES = (0.2, 99.8)
+"""Percentiles of rates between which a curve is spread: those of read positions have outliers."""
+
+_SEEN = 40  # rows of a trial whose contractions show the range that was visited
+_SENSOR, _VALVE = "sensor.learned_", "valve.learned_"
+
+
+class Kind(StrEnum):
+    """What a curve runs over, and what it is."""
+
+    POSITION = "a torque over the position"
+    RATE = "a torque over the speed"
+    PRESSED = "a tension per pressure over the contraction"
+    UNPRESSED = "a tension over the contraction"
+    READING = "an error of the sensor over the position"
+    FLOW = "a change of the flow over the opening"
+
+    @property
+    def over(self) -> str:
+        """What it runs over: ``position``, ``speed``, ``contraction`` or ``opening``."""
+        return self.rpartition(" ")[2]
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Parts of the chain in which it acts."""
+        if self is Kind.FLOW:
+            return (VALVES,)
+        if self is Kind.READING:  # the motion that a muscle is given is read as well
+            return MUSCLE, JOINT
+        return (MUSCLE,) if self in (Kind.PRESSED, Kind.UNPRESSED) else (JOINT,)
+
+
+MUSCLES, ALL_VALVES = "the muscles", "the valves"
+"""Where a curve acts that all muscles have."""
+
+POINTS = 60  # of a curve that is written
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A learned curve.
+
+    Attributes:
+        kind: of curve.
+        acts_at: joint, `MUSCLES` or `ALL_VALVES`.
+        at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
+            same per s], contractions [-], or signed openings, fill above 0 [-].
+        value: (n,) torque in the direction in which the position grows [N m or N], tension [N],
+            tension per pressure [m^2], read less true position [rad or m], or change of the flow
+            as a share of it [-].
+        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
+    """
+
+    kind: Kind
+    acts_at: str
+    at: FloatArray
+    value: FloatArray
+    reach: FloatArray
+
+
+@dataclass(frozen=True)
+class EvenPlace:
+    """A place whose curves all run from one end to the other in even steps.
+
+    Attributes:
+        acts_at: as of its curves.
+        ends_at: beginning of the names of the parameters of the ends.
+        low: end of what was visited.
+        high: other end.
+        fields: kind of curve -> beginning of the names of its control values.
+        count: control values of each curve.
+    """
+
+    acts_at: str
+    ends_at: str
+    low: float
+    high: float
+    fields: Mapping[Kind, str]
+    count: int
+
+    def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
+        """Parameters of the ends that its curves share."""
+        if not set(kinds) & self.fields.keys():
+            return {}
+        return {f"{self.ends_at}low": self.low, f"{self.ends_at}high": self.high}
+
+    def controls(self, kind: Kind) -> Sequence[str]:
+        """Names of the control values of a curve."""
+        field = self.fields.get(kind)
+        return [f"{field}{k}" for k in range(1, self.count + 1)] if field else ()
+
+    def curves(
+        self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
+    ) -> Iterator[Curve]:
+        """The learned curves as sums of their control values."""
+        at = np.linspace(self.low, self.high, POINTS)
+        of_each = shares(at, self.low, self.high, self.count)
+        for kind in (one for one in kinds if one in self.fields):
+            names = self.controls(kind)
+            yield Curve(
+                kind=kind,
+                acts_at=self.acts_at,
+                at=at,
+                value=of_each @ [values[name] for name in names],
+                reach=errors.reach(dict(zip(names, of_each.T, strict=True))),
+            )
+
+
+_CONTROLS = {Kind.POSITION: ("force_", LENGTH), Kind.RATE: ("drag_", SPEED)}
+"""Beginning of the names of the control forces of a curve on a joint, and how many there are."""
+
+
+@dataclass(frozen=True)
+class JointPlace:
+    """A joint, the tendon of the muscle that stands for it, and what was visited of both.
+
+    Attributes:
+        at: (n,) positions from one end to the other [rad or m].
+        rates: slowest and fastest change of the position [per s].
+        length: (n,) of the tendon at the positions [m].
+        arm: (n,) change of that length with the position.
+    """
+
+    joint: str
+    muscle: str
+    at: FloatArray
+    rates: tuple[float, float]
+    length: FloatArray
+    arm: FloatArray
+
+    @property
+    def middle(self) -> float:
+        """The arm that speeds of the tendon are taken with."""
+        return float(np.mean(self.arm))
+
+    def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
+        """Parameters of the ends of its curves, of what was visited [SI]."""
+        slowest, fastest = sorted(self.middle * one for one in self.rates)
+        values = {
+            Kind.POSITION: {"low": float(self.length.min()), "high": float(self.length.max())},
+            Kind.RATE: {"slowest": slowest, "fastest": fastest},
+        }
+        return {
+            f"{self.muscle}:learned.{name}": value
+            for kind in values
+            if kind in kinds
+            for name, value in values[kind].items()
+        }
+
+    def controls(self, kind: Kind) -> Sequence[str]:
+        """Names of the control forces of a curve; none of a kind that it has not."""
+        field, count = _CONTROLS.get(kind, ("", 0))
+        return [f"{self.muscle}:learned.{field}{k}" for k in range(1, count + 1)]
+
+    def curves(
+        self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
+    ) -> Iterator[Curve]:
+        """The learned curves as torques on the joint.
+
+        They are sums of the control forces. A constant may lie in either curve. Where there are
+        two, the one over speed is 0 at rest.
+        """
+        own = [kind for kind in kinds if kind in _CONTROLS]
+        visited = {Kind.POSITION: self.at, Kind.RATE: np.linspace(*self.rates, POINTS)}
+        at_rest = self._columns(Kind.RATE, np.zeros(1)) if len(own) == 2 else {}
+        for kind in own:
+            columns = self._columns(kind, visited[kind])
+            if kind is Kind.RATE:
+                columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
+            else:
+                columns |= {n: self.arm / self.middle * torque for n, torque in at_rest.items()}
+            yield Curve(
+                kind=kind,
+                acts_at=self.joint,
+                at=visited[kind],
+                value=sum((values[n] * column for n, column in columns.items()), np.zeros(POINTS)),
+                reach=errors.reach(columns),
+            )
+
+    def _columns(self, kind: Kind, at: FloatArray) -> dict[str, FloatArray]:
+        """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
+        along, arm, names = self.middle * at, self.middle, self.controls(kind)
+        if kind is Kind.POSITION:
+            along, arm = (np.interp(at, self.at, of) for of in (self.length, self.arm))
+        # A force against lengthening pulls the joint to where the tendon is shorter.
+        low, high = self.ends((kind,)).values()
+        of_each = shares(along, low, high, len(names))
+        return dict(zip(names, (-arm * of_each.T), strict=True))
+
+
+Place = EvenPlace | JointPlace
+"""Something of which curves are learned: a joint, its sensor, the muscles or their valves."""
+
+
+def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
+    """Each joint that moves freely, with a tendon over it alone that has no curve yet."""
+    found: list[JointPlace] = []
+    for j, joint in enumerate(rig.joints):
+        read, seen = _readings(rig, joint, trials)
+        if not seen:
+            continue
+        rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
+        at = np.linspace(*_between(read), POINTS)
+        poses = np.tile(rig.model.qpos0, (POINTS, 1))
+        poses[:, rig.position_addresses[j]] = at
+        arms = moment_arms(rig, poses)  # (n, m, j)
+        over = np.abs(arms).max(axis=0) > 0.0
+        alone = [
+            (m, name)
+            for m, (name, muscle) in enumerate(rig.muscles.items())
+            if over[m, j] and np.count_nonzero(over[m]) == 1 and not learns(muscle.learned)
+        ]
+        for m, name in alone[:1]:
+            found.append(
+                JointPlace(
+                    joint=joint,
+                    muscle=name,
+                    at=at,
+                    rates=_between(rates, _RATES),
+                    length=tendon_lengths(rig, poses)[:, m],
+                    arm=arms[:, m, j],
+                )
+            )
+    return found
+
+
+def _readings(
+    rig: Rig, joint: str, trials: Sequence[Trial]
+) -> tuple[list[FloatArray], list[Trial]]:
+    """Smoothed positions of a joint in the trials that record it, and these trials."""
+    channel = rig.names.joint_channel(joint)
+    seen = [trial for trial in trials if channel in trial.measured]
+    return [smoothed(trial.time, trial.measured[channel]) for trial in seen], seen
+
+
+def _between(
+    signals: Sequence[FloatArray], percentiles: tuple[float, float] = (0.0, 100.0)
+) -> tuple[float, float]:
+    """Percentiles of some signals together, their least and largest values if left out."""
+    low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
+    return low, high
+
+
+def sensor_place(rig: Rig, trials: Sequence[Trial]) -> EvenPlace | None:
+    """The sensor of a rig's only joint; None of several, if it has a curve, or is not recorded.
+
+    A rig states one error for the sensors of all of its joints, which curves would not share.
+    """
+    if len(rig.joints) > 1 or (rig.sensor is not None and rig.sensor.learns):
+        return None
+    (joint,) = rig.joints
+    read, _ = _readings(rig, joint, trials)
+    ends = _between(read) if read else (0.0, 0.0)
+    return _even(joint, _SENSOR, ends, {Kind.READING: _SENSOR}, READINGS)
+
+
+def muscle_place(rig: Rig, trials: Sequence[Trial]) -> EvenPlace | None:
+    """The muscles of a rig; None if one pushes or has a curve, or no trial has all positions.
+
+    See `pamsim.physics.learned_tension` for which contractions their curves run over.
+    """
+    if any(one.pushes or learns_tension(one.learned_tension) for one in rig.muscles.values()):
+        return None
+    found = contractions(rig, trials)
+    low = min((float(one.min()) for one in found), default=0.0)
+    high = max((float(one.max()) for one in found), default=0.0)
+    at = f"{LearnedTension.group}."
+    fields = {Kind.PRESSED: f"{at}area_", Kind.UNPRESSED: f"{at}pull_"}
+    return _even(MUSCLES, at, (low, high), fields, TENSIONS)
+
+
+def contractions(rig: Rig, trials: Sequence[Trial]) -> list[FloatArray]:
+    """Contractions (r, m) of a rig's muscles at some rows of each trial that records all joints.
+
+    They are those against the lengths at which the pressurised muscles are free, where pressures
+    are measured.
+    """
+    zeros = np.array([one.mounting.length_at_zero for one in rig.muscles.values()])
+    nominal = np.array([one.braided.nominal_length for one in rig.muscles.values()])
+    extended = np.array([one.braided.extensibility for one in rig.muscles.values()])
+    found: list[FloatArray] = []
+    for trial in trials:
+        inputs = link_inputs(rig, trial)
+        if inputs.positions.keys() != rig.joints.keys():
+            continue
+        rows = np.linspace(0, trial.time.size - 1, _SEEN).astype(int)
+        poses = np.tile(rig.model.qpos0, (_SEEN, 1))
+        for address, joint in zip(rig.position_addresses, rig.joints, strict=True):
+            poses[:, address] = inputs.positions[joint][rows]
+        pressure = np.zeros((_SEEN, zeros.size))
+        for muscle, values in inputs.pressures.items():
+            pressure[:, muscle] = values[rows]
+        free = nominal * (1.0 + extended * pressure)
+        found.append(1.0 - (zeros + tendon_lengths(rig, poses)) / free)
+    return found
+
+
+def valve_place(rig: Rig, trials: Sequence[Trial]) -> EvenPlace | None:
+    """The valves of a rig; None if one has a curve or pulses, or none opens.
+
+    A valve that pulses is open or shut. Which openings a regulator has commanded is not recorded:
+    all may have been visited.
+    """
+    kinds = {kind for trial in trials for kind in trial.drives.muscles}
+    if "pulse" in kinds or any(learns_flow(one.valve) for one in rig.muscles.values()):
+        return None
+    visited = [end for trial in trials for end in _openings(trial)]
+    ends = min(visited, default=0.0), max(visited, default=0.0)
+    return _even(ALL_VALVES, _VALVE, ends, {Kind.FLOW: _VALVE}, FLOWS)
+
+
+def _openings(trial: Trial) -> Iterator[float]:
+    for column, kind in zip(trial.command.T, trial.drives.muscles, strict=False):
+        if kind == "pressure_set":
+            yield from (-1.0, 1.0)
+        elif kind == "valve":
+            yield from np.clip([column.min(), column.max()], -1.0, 1.0).tolist()
+
+
+def _even(
+    acts_at: str, ends_at: str, ends: tuple[float, float], fields: Mapping[Kind, str], count: int
+) -> EvenPlace | None:
+    """A place with its fields; None where nothing was visited."""
+    low, high = ends
+    return EvenPlace(acts_at, ends_at, low, high, fields, count) if high > low else None
