@@ -152,8 +152,13 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
                 "left": _rounded(one.left),
                 "p_value": _rounded(one.p_value),
                 "rivals": [
-                    [r.effect.label, r.effect.family, _rounded(r.excess), _rounded(r.p_value)]
-                    for r in one.rivals
+                    [
+                        rival.effect.label,
+                        rival.effect.family,
+                        _rounded(rival.worse.gain),
+                        _rounded(rival.worse.p_value),
+                    ]
+                    for rival in one.rivals
                 ],
             }
             for one in found.effects

@@ -137,8 +137,8 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
                 effect=rival.effect.label,
                 family=rival.effect.family,
                 missing=rival.effect.effect.missing,
-                worse=rival.excess,
-                p_value=rival.p_value,
+                worse=rival.worse.gain,
+                p_value=rival.worse.p_value,
                 ties=rival.ties(),
             )
             for rival in one.rivals

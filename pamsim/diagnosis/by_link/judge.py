@@ -215,7 +215,7 @@ def _judged(
         gain=one.found.gain,
         before=one.before,
         p_value=one.found.p_value,
-        rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
+        rivals=tuple(sorted(rivals, key=lambda rival: rival.worse.gain)),
         exact=all(left[link].excluded for link in one.links),
         named=all(left[link].known for link in one.links)
         and one.found.gain >= NAMED * (one.found.gain + all_missed),
@@ -292,13 +292,7 @@ def number_instead(case: Case, model: LinkModel, one: Needed) -> Instead | None:
 def compared(case: Case, fit: LinkModel, model: LinkModel, one: Needed) -> Rival:
     """A fit with something else in the place of an effect, and how much worse it predicts."""
     worse = case.unseen.worse(fit, model, one.rest, one.links)
-    return Rival(
-        effect=fit.effects[-1],
-        model=fit,
-        excess=worse.gain,
-        p_value=worse.p_value,
-        limits=worse.limits,
-    )
+    return Rival(effect=fit.effects[-1], model=fit, worse=worse)
 
 
 def pairs_of_effects(

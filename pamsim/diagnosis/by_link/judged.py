@@ -30,6 +30,7 @@ from dataclasses import dataclass, field, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
+from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.effects.catalog import EFFECTS
@@ -70,27 +71,23 @@ class Rival:
     Attributes:
         effect: which.
         model: fitted with it.
-        excess: by how much it predicts worse, mean over the held-out trials [noise variance].
-        p_value: of one that predicts as well.
-        limits: from which it is certainly worse.
+        worse: by how much it predicts worse.
     """
 
     effect: Candidate
     model: LinkModel
-    excess: float
-    p_value: float
-    limits: Limits = USUAL
+    worse: Difference
 
     def ties(self) -> bool:
         """Whether it may be the cause instead."""
-        return self.p_value > self.limits.alpha or self.excess <= 0.0
+        return not self.worse.certain
 
     def preferred_to(self, model: LinkModel) -> bool:
         """Whether it takes the effect's place in a model.
 
         A better fit alone may be to something else in the same links, and lose the effect.
         """
-        return self.model.criterion <= model.criterion - TIE and self.excess <= 0.0
+        return self.model.criterion <= model.criterion - TIE and self.worse.gain <= 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.computation import Steps
+from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown, taken_in
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
@@ -140,7 +141,8 @@ def test_effects_are_a_series_only_where_a_link_holds_four():
 def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits():
     model = SimpleNamespace(criterion=10.0)
     for excess, preferred in ((-0.1, True), (0.6, False)):
-        rival = Rival(effect=FRICTION, model=model, excess=excess, p_value=0.5)
+        worse = Difference(gain=excess, p_value=0.5)
+        rival = Rival(effect=FRICTION, model=model, worse=worse)
         assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
 
 

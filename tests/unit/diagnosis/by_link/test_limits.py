@@ -60,7 +60,7 @@ def test_what_is_judged_has_the_limits_that_were_asked_for():
     chain = ToyChain(EFFECTS, {"valve.delay": DELAY}, same=tied)
     fitter, model, found = diagnosed(chain, EFFECTS, limits)
     assert {one.limits for one in found.values()} == {limits}
-    assert {r.limits for one in found.values() for r in one.rivals} == {limits}
+    assert {r.worse.limits for one in found.values() for r in one.rivals} == {limits}
     assert {one.limits for one in HeldOut(fitter).remainders(model).values()} == {limits}
     table = Table()
     rows = diagnosed_table(table, measured(table, {"lock": 1.5}), alpha=0.02)
