@@ -28,8 +28,12 @@ from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.remainder import nothing_material
 from pamsim.diagnosis.by_link.result import LinkReport, Run
-from pamsim.diagnosis.by_link.sentence import slow_errors
-from pamsim.diagnosis.by_link.whole_chain import WholeChain, misses_more, whole_chain
+from pamsim.diagnosis.by_link.whole_chain import (
+    WholeChain,
+    misses_more,
+    slow_errors,
+    whole_chain,
+)
 from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.parameters import rig_parameter

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,20 +10,22 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
+from pamsim.comparison.link_noise import Output, OutputNoise
 from pamsim.comparison.links import Link, whole_run
+from pamsim.comparison.noise_floor import FloorRoute
+from pamsim.comparison.repeated_misfit import smallest_p_value
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import Judged
-from pamsim.diagnosis.by_link.judged_units import judged_trials, units_of
+from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING, judged_trials, units_of
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape, learned_shape
 from pamsim.diagnosis.by_link.limits import USUAL, Limits
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import search
-from pamsim.diagnosis.by_link.sentence import evidence_notes
 from pamsim.diagnosis.by_link.sizes import Size, sharpened, sizes
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.diagnosis.by_link.whole_chain import (
@@ -32,10 +35,19 @@ from pamsim.diagnosis.by_link.whole_chain import (
     left_in_both,
 )
 from pamsim.engine.rig import Rig
+from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
 FITS = 30
 """That a diagnosis of a few effects makes, for the progress bar."""
+
+
+_KNOWN_BY = {
+    FloorRoute.PERIODS: "by what periods of the command differ by",
+    FloorRoute.HOLDS: "while commands are held, about a straight line: slower noise is unseen",
+    FloorRoute.WITHIN_TRIALS: "from sample to sample: noise that drifts is unseen",
+    FloorRoute.STATED: "as the recording states it: what differs from trial to trial is unseen",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,4 +189,40 @@ def diagnose_links(
             *evidence_notes(simulator.noise, units),
         ),
         limits=limits,
+    )
+
+
+def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
+    """How the noise was estimated, and what is judged, where it is not repeats and trials."""
+    notes: list[str] = []
+    alpha = units.limits.alpha
+    for source, known in _KNOWN_BY.items():
+        channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)
+        if channels:
+            notes.append(f"without repeats the noise of {', '.join(channels)} is known {known}")
+    if units.in_parts:
+        notes.append(f"{len(units.judged.units)} parts of trials are judged instead of trials")
+    if units.varies:
+        notes.append(
+            f"{', '.join(VARYING)} are assumed to differ by {100.0 * VARIATION:g} % from log to"
+            " log: a larger difference looks like an effect"
+        )
+    if notes:
+        repeated = all(one.source is FloorRoute.REPEATS for one in noise.values())
+        notes.append(
+            "whether anything is left cannot be decided from parts of trials, so that names are"
+            f" certain to the family at most; hold out {fewest_units(alpha)} trials or more"
+            if repeated
+            else "whether anything is left cannot be decided without repeats, so that names are"
+            " certain to the family at most; record every input three times or more"
+        )
+        return tuple(notes)
+    counts = Counter(units.input(unit) for unit in units.judged.units).values()
+    # A held-out trial that no other repeats is judged beside a fitted one.
+    least = smallest_p_value(counts if max(counts) > 1 else [2] * len(counts))
+    if least <= alpha:
+        return ()
+    return (
+        f"{len(units.judged.units)} held-out trials show what is left at p = {least:.2g} at"
+        " best, unless it is large: a gap that is small may be missed; record more repeats",
     )

@@ -19,7 +19,6 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.effect_entry import EffectEntry, SuspectEntry
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
 from pamsim.diagnosis.by_link.limits import ALPHA, MATERIAL
-from pamsim.diagnosis.by_link.sentence import verdict_sentence
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 
@@ -246,7 +245,7 @@ class LinkReport:
     @json_property
     def sentence(self) -> str:
         """The result in words."""
-        return verdict_sentence(self)
+        return _sentence(self)
 
     @json_property
     def alternatives(self) -> dict[str, tuple[str, ...]]:
@@ -339,3 +338,70 @@ class LinkReport:
             named = "" if following.protocol is None else f"{following.protocol}; "
             lines.append(f"next experiment: {named}{following.advice}")
         return lines
+
+
+def _sentence(result: LinkReport) -> str:
+    """What is missing and how certain that is, effect by effect, and what is left."""
+    sentences = [one.sentence for one in result.effects]
+    left = [f"{n} ({_digits(size)} of the noise variance)" for n, size in result.remainder.items()]
+    if result.undecided:
+        where = ", ".join(f"{name} ({_digits(size)})" for name, size in result.undecided.items())
+        sentences.append(
+            f"{'' if sentences else 'No effect tried is certain. '}The misfit exceeds the noise"
+            f" estimate; excess over its variance: {where}. What is held out does not show whether"
+            " it is slow noise or a missing effect; the warnings state what would."
+        )
+    if not sentences and not left:
+        if result.at_rest:
+            if result.scatter:
+                return _scatter(result.scatter)
+            return (
+                "No gap: no effect predicts held-out readings better, and near readings have no"
+                " common error."
+            )
+        return (
+            "No gap: on trials that no fit has seen every link is as near to the measurements as"
+            " their noise allows, and no effect predicts them better."
+        )
+    if left and sentences:
+        more = "Something more" if any(one.level for one in result.effects) else "Something"
+        sentences.append(f"{more} is missing {in_links(left)}.")
+    elif left:
+        sentences.append(
+            f"Unexplained: something is missing {in_links(left)} that no effect tried explains."
+        )
+    suspicions = [one.sentence for one in result.suspected]
+    return " ".join([*sentences, *suspicions, *_learned(result)])
+
+
+def _scatter(channels: Mapping[str, ChannelGap]) -> str:
+    missed: list[str] = []
+    for channel, gap in channels.items():
+        assert gap.before is not None
+        times = f", {gap.before / gap.floor:.3g} times its resolution" if gap.floor else ""
+        missed.append(f"{channel.replace('_', ' ')} by {gap.before:.3g} {gap.unit} RMS{times}")
+    return (
+        f"Undecided: the model misses held-out readings ({'; '.join(missed)}), and no effect"
+        " tried predicts them better. Without repeats this may be scatter or a missing effect; read"
+        " every point three times or more."
+    )
+
+
+def _digits(size: float) -> str:
+    """Two digits, and no power of ten for a large number."""
+    return f"{size:.2g}" if abs(size) < 99.5 else f"{size:.0f}"
+
+
+def _learned(result: LinkReport) -> list[str]:
+    """What was learned of what has no name, in a sentence."""
+    if not result.learned:
+        return []
+    first = result.learned[0]
+    curves = " and ".join(
+        f"{one.kind} of {one.acts_at}" + (f", like {one.words}" * bool(one.words))
+        for one in result.learned
+    )
+    return [
+        f"Without a name: {in_links(first.links)} {_digits(first.before - 1.0)} of the noise"
+        f" variance is left, {_digits(max(first.after - 1.0, 0.0))} with {curves}."
+    ]

@@ -39,6 +39,10 @@ from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import layout
 
+_MISSED = 2.0
+"""Noise floors by which the whole chain may miss a channel before it is stated: three quarters of
+the mean square are then no noise."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelGap:
@@ -124,6 +128,25 @@ def misses_more(gap: Mapping[str, ChannelGap]) -> bool:
         if one.floor and one.before is not None and one.after is not None:
             change += (one.after**2 - one.before**2) / one.floor**2
     return change > 0.0
+
+
+def slow_errors(gap: Mapping[str, ChannelGap]) -> tuple[str, ...]:
+    """What a whole chain misses of which no link shows anything left.
+
+    Tests weigh errors by the noise at their own speed. Where noise drifts, an error as slow is
+    seen by none of them.
+    """
+    missed: list[str] = []
+    for channel, one in gap.items():
+        last = one.before if one.after is None else one.after
+        if last is not None and one.floor and last > _MISSED * one.floor:
+            missed.append(f"{channel} by {last / one.floor:.2g}")
+    if not missed:
+        return ()
+    return (
+        f"no link shows anything left, but the whole chain misses {', '.join(missed)} noise floors"
+        " (RMS): an error as slow as the noise drifts is seen by no test",
+    )
 
 
 def floor_beside(predictor: TrialPredictor, prediction: Prediction) -> NoiseFloor:

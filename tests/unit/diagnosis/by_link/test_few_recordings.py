@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from pamsim.comparison.noise_floor import FloorRoute
+from pamsim.diagnosis.by_link.diagnose_links import evidence_notes
 from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
 from pamsim.diagnosis.by_link.limits import USUAL
-from pamsim.diagnosis.by_link.sentence import evidence_notes
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried
 from tests.unit.diagnosis.by_link.toy_log import ToyLog
 

@@ -15,9 +15,8 @@ from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder, nothing_material
 from pamsim.diagnosis.by_link.result import RowEntry
-from pamsim.diagnosis.by_link.sentence import slow_errors
 from pamsim.diagnosis.by_link.sizes import Size
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap, misses_more
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap, misses_more, slow_errors
 from pamsim.report.link_page import write_link_diagnosis
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report, size
 
