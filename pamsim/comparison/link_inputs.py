@@ -30,8 +30,7 @@ from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
 from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
-from pamsim.inference.hum import without_hum
-from pamsim.inference.spikes import without_spikes
+from pamsim.inference.clean_signal import without_hum, without_spikes
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
 from pamsim.recordings.signals import IMPOSED

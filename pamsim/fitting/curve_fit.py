@@ -18,12 +18,11 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.fitting.coefficients import Coefficient, Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import HeldOut, Rows, Scores, leave_one_group_out, scores
-from pamsim.inference.bounded_least_squares import bounded_least_squares
+from pamsim.inference.bounded_least_squares import bounded_least_squares, latin_hypercube
 from pamsim.inference.estimate import Estimate, Flag, without_intervals
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 from pamsim.inference.record_checks import finite_samples
 from pamsim.inference.shared_errors import errors_of_groups, shared_by_group
-from pamsim.inference.starts import latin_hypercube
 
 _student_quantile: Any = scipy.special.stdtrit
 

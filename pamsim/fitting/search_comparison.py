@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.units import FloatArray
 from pamsim.fitting.water_cycle import water_cycle
-from pamsim.inference.starts import latin_hypercube
+from pamsim.inference.bounded_least_squares import latin_hypercube
 
 _least_squares: Any = scipy.optimize.least_squares
 _differential_evolution: Any = scipy.optimize.differential_evolution

@@ -12,18 +12,22 @@ from numpy.typing import NDArray
 from pamsim.core.encoding import CheckpointFile, to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.bounded_least_squares import latin_hypercube
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.fit_summary import judged, summarise_fit
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Simulate
-from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import NEAR, SearchEnd, SearchState, search
+from pamsim.inference.search import NEAR, RowWeights, SearchEnd, SearchState, search
 from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
-from pamsim.inference.starts import starting_places
 
 _SHARPENED = 3  # times that differences are taken at the optimum
 _STRAIGHT = 0.5  # standard errors over which a Jacobian is as good as one taken after them
 _SAME = 1e-6  # relative difference of numbers of one fit, written and read
+
+_ON_BOUND = 1e-3  # of the range
+_INSIDE = 0.05  # of the range: where a start on a bound is moved to
+_TRIES = 3  # further sets of starts drawn where simulations diverge
+_FEWEST = 8  # drawn at a time, so that they spread
 
 
 def fit_simulator(
@@ -72,7 +76,7 @@ def fit_simulator(
     """
     _check(parameters, starts, max_iterations, seed)
     residual = BatchedResidual(simulate, parameters)
-    starting = starting_places(residual, parameters, starts, seed)
+    starting = _starting_places(residual, parameters, starts, seed)
     first = starting[0][1]
     cost = RowWeights(residual, parameters, first)
     about = {
@@ -134,11 +138,55 @@ def shown(
         InputError: for a simulation that diverges everywhere.
     """
     residual = BatchedResidual(simulate, parameters)
-    ((place, first),) = starting_places(residual, parameters, 1, 0)
+    ((place, first),) = _starting_places(residual, parameters, 1, 0)
     cost = RowWeights(residual, parameters, first)
     jacobian = residual.jacobian(place)
     weight = cost.weight(cost.noise.estimate(first))
     return np.linalg.norm(weight[:, np.newaxis] * jacobian, axis=0) > 1.0, jacobian
+
+
+def _starting_places(
+    residual: BatchedResidual, parameters: Sequence[FreeParameter], starts: int, seed: int
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Find places where the simulation does not diverge.
+
+    On a bound many parameters have no slope (friction 0, a dead zone of 0), and the search would
+    stay there; a nominal value on a bound is moved inside by 5 % of the range.
+
+    The first is the nominal one, unless it diverges, the others are a Latin hypercube. Places are
+    (p,), in the unit cube, each with its residual (n,); there are fewer than ``starts`` if
+    simulations diverge almost everywhere.
+
+    Raises:
+        InputError: all tried diverge.
+    """
+    rng = np.random.default_rng(seed)
+    nominal = residual.scale.to_unit(np.array([p.start for p in parameters]))
+    nominal = np.where(nominal < _ON_BOUND, _INSIDE, nominal)
+    nominal = np.where(nominal > 1.0 - _ON_BOUND, 1.0 - _INSIDE, nominal)
+    drawn = np.vstack([nominal, _spread(rng, starts - 1, nominal.size)])
+    good: list[tuple[FloatArray, FloatArray]] = []
+    tried = 0
+    for _ in range(1 + _TRIES):
+        tried += len(drawn)
+        good += [
+            (place, misfit)
+            for place, misfit in zip(drawn, residual.many(drawn), strict=True)
+            if misfit is not None
+        ]
+        if len(good) >= starts:
+            return good[:starts]
+        drawn = _spread(rng, max(starts - len(good), _FEWEST), nominal.size)
+    if not good:
+        raise InputError(
+            f"the simulation diverges at all {tried} starts tried; narrow the ranges of"
+            f" {', '.join(p.name for p in parameters)} or start nearer to the rig"
+        )
+    return good
+
+
+def _spread(rng: np.random.Generator, count: int, size: int) -> FloatArray:
+    return _INSIDE + (1.0 - 2.0 * _INSIDE) * latin_hypercube(rng, count, size)
 
 
 def _sharpened(

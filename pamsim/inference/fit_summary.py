@@ -13,8 +13,7 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.identifiability import BoolArray, Identified, identified, parameter_flags
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
 from pamsim.inference.noise_model import rms
-from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import SearchEnd, short_of_optimum
+from pamsim.inference.search import RowWeights, SearchEnd, short_of_optimum
 from pamsim.inference.simulator_fit import (
     ChannelNoise,
     FitStatus,

@@ -11,7 +11,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import Simulate, stacked
-from pamsim.inference.row_weights import Priors
+from pamsim.inference.search import Priors
 from pamsim.inference.simulator_fit import SimulatorFit
 
 _SETTLED = 1e-3  # change of a parameter, in units of its range, at which a refit is done

@@ -12,8 +12,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Simulate
-from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import SearchState, search
+from pamsim.inference.search import RowWeights, SearchState, search
 from pamsim.inference.simulator_fit import SimulatorFit
 
 _CHI2 = 3.841458820694124  # 95 % point of chi-squared with one degree of freedom

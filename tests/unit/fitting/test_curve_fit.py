@@ -13,8 +13,8 @@ from pamsim.fitting.coefficients import (
     linear_coefficients,
 )
 from pamsim.fitting.curve_fit import fit_curve, search_curve
+from pamsim.inference.bounded_least_squares import latin_hypercube
 from pamsim.inference.estimate import Flag
-from pamsim.inference.starts import latin_hypercube
 from tests.unit.core.refusals import all_refused, refused
 
 X = np.linspace(0.0, 1.0, 25)

@@ -14,8 +14,7 @@ from pamsim.inference.fit_simulator import fit_simulator, shown
 from pamsim.inference.fit_summary import summarise_fit
 from pamsim.inference.free_parameter import FreeParameter, Prior, SearchScale
 from pamsim.inference.residual_block import ResidualBlock
-from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import SearchEnd, SearchState
+from pamsim.inference.search import RowWeights, SearchEnd, SearchState
 from pamsim.inference.simulator_fit import FitStatus, NoiseSource
 from tests.unit.inference.closed_form_rigs import DECAY, TIME, TRUTH, Rig, decay_rig, free, line_rig
 
