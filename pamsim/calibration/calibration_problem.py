@@ -27,15 +27,10 @@ def possible(
     *,
     begun: bool,
 ) -> list[Found | None]:
-    """What cases give when simulated together; None for those that cannot begin.
+    """What cases such as rigs give when simulated together; None for those that cannot begin.
 
     A muscle that would be longer than its fibres is a reason to search elsewhere, but not at the
-    rig as it is.
-
-    Args:
-        simulate: cases together.
-        cases: such as rigs.
-        begun: whether any has been simulated before; if not, what is wrong is raised.
+    rig as it is: until any has ``begun``, what is wrong is raised.
 
     Raises:
         InputError: if the first cases cannot begin.
@@ -51,12 +46,7 @@ def possible(
 
 
 class CalibrationProblem:
-    """Residuals of a rig against measurements, as a function of its freed parameters.
-
-    Args:
-        predictor: of the measurements, with the rig whose parameters are changed.
-        freed: parameters, in the order of the vectors.
-    """
+    """Residuals of a predictor's rig against measurements, by its freed parameters."""
 
     def __init__(self, predictor: TrialPredictor, freed: Sequence[FreedParameter]) -> None:
         self.predictor, self.freed = predictor, tuple(freed)

@@ -54,18 +54,10 @@ def first_values(
     simulated: Callable[[], None] | None = None,
     stage: Callable[[str], None] | None = None,
 ) -> tuple[FreedParameter, ...]:
-    """Find where a fit of the whole chain should begin.
+    """The parameters freed, with starts at which a fit of the whole chain should begin.
 
-    Args:
-        rig: as it is.
-        trials: with channels as the rig names them.
-        freed: parameters, which begin at the rig's values.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-        stage: called before each fit with what it is about.
-
-    Returns:
-        The same parameters with other starts.
+    ``simulated`` is called as each simulation ends, ``stage`` before each fit with what it is
+    about.
 
     Raises:
         InputError: for a trial that does not fit the rig, or rigs that break down in every run.

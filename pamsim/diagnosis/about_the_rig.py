@@ -44,11 +44,7 @@ def about_the_rig(
 ) -> tuple[str, ...]:
     """Sentences on rest, stops and contacts of the rig and on signals that jump, with suspects.
 
-    Args:
-        rig: as it is.
-        trials: that were simulated.
-        simulated: by it.
-        rough: channel that jumps when the muscles' force changes by 1e-7 -> by how much [SI].
+    ``rough`` are channels that jump when the muscles' force changes by 1e-7, and by how much [SI].
     """
     positions = _positions(rig, trials, simulated)
     touching = list(_touching(rig, positions)) if may_collide(rig.model) else []

@@ -36,13 +36,7 @@ _M_PER_CM = 1e-2  # the file is in cm
 
 
 def printed_loop(name: str) -> Loop:
-    """A length-pressure loop of Alraouf 2025.
-
-    Args:
-        name: one of `PRINTED_LOOPS`.
-
-    Returns:
-        Pressures [Pa] and lengths [m], up and down again.
+    """A loop of Alraouf 2025 by its name in `PRINTED_LOOPS`, up and down again [Pa, m].
 
     Raises:
         InputError: for another name.
@@ -74,13 +68,10 @@ def printed_loop(name: str) -> Loop:
 def diagnose_length_loop(
     loop: Loop, source: str, options: Options = AS_USUAL, *, warnings: Sequence[str] = ()
 ) -> LinkReport:
-    """Diagnose a length-pressure loop.
+    """Diagnose a length-pressure loop, such as a `printed_loop`.
 
-    Args:
-        loop: readings in the order in which they were taken, such as `printed_loop`.
-        source: what they are, in words.
-        options: of the diagnosis; of the effects, those that vanish at rest are tried if named.
-        warnings: what a reader should know of the readings.
+    Of the effects, those that vanish at rest are tried if named. ``source`` says what the readings
+    are, the warnings what a reader should know of them.
 
     Raises:
         InputError: for an effect that opens no loop, too few pressures that were read on both

@@ -53,11 +53,8 @@ _MISSES_MORE = (
 def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Find what a rig's model is missing in each link of its chain.
 
-    Args:
-        data: recordings; see `pamsim.diagnosis.by_link.diagnose_links.diagnose_links` for how often
-            inputs must be repeated.
-        rig: as it is.
-        options: of the diagnosis.
+    See `pamsim.diagnosis.by_link.diagnose_links.diagnose_links` for how often inputs must be
+    repeated.
 
     Raises:
         InputError: for what cannot be used, or if the simulation breaks down.

@@ -39,12 +39,9 @@ class Repair:
 def check_folder(out: Path, rig: str | None) -> None:
     """Refuse, before the work begins, a folder that the repaired rig could not be written to.
 
-    Args:
-        out: folder that is to get the rig's folder.
-        rig: name or folder of the rig that is diagnosed, if it is given.
-
     Raises:
-        InputError: if the folder is a file, or the rig is read from it.
+        InputError: if the folder is a file, or the rig that is diagnosed, if given, is read from
+            it.
     """
     refuse_file(out)
     if rig is None:
@@ -59,9 +56,6 @@ def check_folder(out: Path, rig: str | None) -> None:
 
 def write_repaired_rig(repair: Repair, folder: Path, sentence: str) -> Path:
     """Write the rig that a diagnosis leads to, its verdict in words at the top of the file.
-
-    Returns:
-        The rig's folder.
 
     Raises:
         InputError: if it cannot be written.

@@ -47,11 +47,7 @@ leave few rows to show it."""
 def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Diagnose a rig by the angles at which the arm came to rest.
 
-    Args:
-        table: see `pamsim.recordings.static_table.read_static_table`.
-        rig: as it is.
-        options: of the diagnosis; of the nuisance parameters, ``pulley radius`` is the radius of
-            all tendons' pulleys.
+    Of the nuisance parameters, ``pulley radius`` is the radius of all tendons' pulleys.
 
     Raises:
         InputError: for an unknown effect or parameter, a nuisance parameter that is 0, rows that
@@ -142,10 +138,7 @@ def candidates_at_rest(
 ) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """The effects that can be tried on a rig's rows at rest, and why others cannot.
 
-    Args:
-        rig: as it is.
-        names: of effects; all if left out.
-        freed: parameters that are refitted with every effect.
+    All are, if none are named; parameters that are ``freed`` are refitted with every effect.
 
     Raises:
         InputError: for an unknown effect, or if nothing is left to try.

@@ -120,18 +120,10 @@ def best_linear(
     linear: Sequence[int],
     coefficients: Sequence[Coefficient],
 ) -> tuple[FloatArray, FloatArray]:
-    """Fill in the best values, within their ranges, of the linear coefficients of a place.
+    """A place (k,) [SI] with the best values, within their ranges, of its linear coefficients.
 
-    Args:
-        curve: predictions from all coefficients.
-        measured: shape (n,).
-        place: all coefficients, of which the linear ones are ignored, shape (k,) [SI].
-        linear: from `linear_coefficients`.
-        coefficients: with their ranges.
-
-    Returns:
-        All coefficients, shape (k,) [SI], and the predictions there, shape (n,). Where the curve
-        has no value, ``place`` unchanged and its predictions.
+    Those are ``linear``, from `linear_coefficients`. With it go the predictions there, (n,). Where
+    the curve has no value, the place is unchanged.
     """
     full, chosen = place.copy(), list(linear)
     if not chosen:

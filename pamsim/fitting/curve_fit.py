@@ -91,14 +91,10 @@ def search_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coeff
     Coefficients in which the curve is linear are solved for, the others are searched from a Latin
     hypercube of starts and from their neutral values; the most promising are followed to the end.
 
-    Args:
-        curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
-        measured: shape (n,).
-        coefficients: ranges, neutral and held values.
-
     Raises:
-        InputError: fewer points than free coefficients, a measurement that is not finite, a range
-            that is empty, or a curve that has no value at the points for any coefficients tried.
+        InputError: fewer points (n,) than free coefficients, a measurement that is not finite, a
+            range that is empty, or a curve that has no value at the points for any coefficients
+            tried.
     """
     y = finite_samples(measured, "measured")
     free = [i for i, c in enumerate(coefficients) if c.held is None]

@@ -51,14 +51,10 @@ def fit_force_law(
     held: Mapping[str, float],
     hold_out: str,
 ) -> FittedLaw:
-    """Fit one force law to a force map.
+    """Fit one force law to a force map, some of its coefficients held [SI].
 
-    Args:
-        table: the map.
-        model: name of the law.
-        braid: geometry, for laws that use it.
-        held: coefficients to hold [SI].
-        hold_out: ``pressure``, ``length`` or ``none``: what is held out in turn.
+    ``hold_out`` is ``pressure``, ``length`` or ``none``: what is held out in turn. The braid's
+    geometry is for laws that use it.
 
     Raises:
         InputError: for an unknown law or coefficient, a value out of range, too few points, or a

@@ -121,12 +121,8 @@ def fit_maxwell(
 ) -> tuple[FittedLaw, tuple[LoopPoints, ...]]:
     """Fit order, relaxation time and stiffness to loops, by the cost (16).
 
-    Args:
-        table: loops, at two frequencies at least.
-        held: coefficients to hold, by their searched names [log10 of SI].
-
-    Returns:
-        The fit and the points of the loops it used.
+    Coefficients are ``held`` by their searched names [log10 of SI]. With the fit go the points of
+    the loops that it used.
 
     Raises:
         InputError: naming a loop without a harmonic force, an unknown coefficient, or for loops at

@@ -103,12 +103,9 @@ def leave_one_group_out(
 ) -> HeldOut:
     """Errors of each group of points, predicted from a fit to all others.
 
-    Args:
-        measured: shape (n,).
-        groups: the same number for points of one group, shape (n,).
-        fit_and_predict: called with the rows to fit and the rows to predict; it must use the
-            measurements of the first only. Raises InputError where the rows are too few.
-        by: name of what is held out.
+    ``groups`` (n,) has the same number for points of one group, ``by`` names what is held out.
+    ``fit_and_predict`` is called with the rows to fit and those to predict; it must use the
+    measurements of the first only, and raises InputError where they are too few.
 
     Raises:
         InputError: fewer than two groups: nothing is left to fit.

@@ -64,21 +64,12 @@ def compare_searches(
     seed: int = 0,
     iterations: int = 200,
 ) -> tuple[SearchRun, ...]:
-    """Run the three searches on the same cost and count their evaluations.
+    """Run water cycle, differential evolution and least squares on one cost, evaluations counted.
 
-    Least squares starts in the middle of the box and from eleven Latin places, the two others with
+    The cost is the sum of squares of a residual (m,) of a point (d,), in a box from ``low`` to
+    ``high`` (d,); within the tolerance of the optimum is near enough [unit of the cost]. Least
+    squares starts in the middle of the box and from eleven Latin places, the two others with
     populations of 50. Differential evolution is not polished: searches are compared, not finishes.
-
-    Args:
-        residual: point, shape (d,), to residuals, shape (m,); the cost is their sum of squares.
-        low: lower corner of the box, shape (d,).
-        high: upper corner, shape (d,).
-        tolerance: how near the optimum is near enough [unit of the cost].
-        seed: of the two random searches.
-        iterations: of the two population searches.
-
-    Returns:
-        One run per method: water cycle, differential evolution, least squares.
 
     Raises:
         InputError: for an empty box.

@@ -57,12 +57,12 @@ def water_cycle(
     iterations: int = 200,
     shrinking: bool = False,
 ) -> WaterCycleResult:
-    """Minimise a cost in a box.
+    """Minimise a finite cost of a point (d,) in a box from ``low`` to ``high`` (d,).
 
     Args:
-        cost: of a point, shape (d,); must be finite.
-        low: lower corner, shape (d,).
-        high: upper corner, shape (d,).
+        cost: of a point.
+        low: lower corner.
+        high: upper corner.
         rng: where the randomness comes from: the same state gives the same result.
         population: N_pop, all raindrops.
         rivers: N_river.
@@ -71,8 +71,6 @@ def water_cycle(
 
     Raises:
         InputError: for an empty box, or fewer streams than seas and rivers.
-
-    Source: Nguyen 2024, Table 1; Eskandar et al. 2012.
     """
     lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
     if lower.shape != upper.shape or lower.ndim != 1 or not np.all(lower < upper):

@@ -86,12 +86,7 @@ def unit_names(blocks: Sequence[Block]) -> tuple[str, ...]:
 
 
 def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
-    """Whitened rows of all blocks, one after the other: (n,), or (n, k).
-
-    Args:
-        blocks: of n rows in all.
-        values: residual (N,), or residuals or Jacobian (N, k), as simulated [SI].
-    """
+    """Whitened rows of all blocks in their order, of values (N,) or (N, k) as simulated [SI]."""
     # Blocks of one length and noise are filtered as columns of one array.
     same: dict[tuple[int, int], list[int]] = {}
     for k, block in enumerate(blocks):
@@ -107,8 +102,7 @@ def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
 def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
     """Noise of a channel by what repeats of a protocol differ by, whatever the model misses.
 
-    Args:
-        protocols: for each a residual per repeat, (r, n) with r >= 2 [SI unit of the channel].
+    For each protocol a residual per repeat is given, (r, n) with r >= 2 [SI unit of the channel].
 
     Raises:
         InputError: no protocol was repeated.

@@ -94,9 +94,8 @@ def _fitted(
 def without_spikes(values: FloatArray, noise: float) -> FloatArray:
     """A signal (n,) whose single wrong readings are replaced by the middle of their neighbours.
 
-    Args:
-        values: (n,) in any unit.
-        noise: standard deviation from sample to sample [that unit]; 0 changes nothing.
+    ``noise`` is the standard deviation from sample to sample in the signal's unit; 0 changes
+    nothing.
     """
     if values.size < 5 or not noise > 0.0:
         return values

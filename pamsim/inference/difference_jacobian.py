@@ -29,20 +29,12 @@ def difference_jacobian(
     *,
     central: bool = False,
 ) -> FloatArray:
-    """Differentiate a residual within the unit cube.
+    """Change (n, p) of a residual per unit of each coordinate, at a place (p,) of the unit cube.
 
-    Steps go inward, so that no bound is crossed. A step that breaks the simulation down is tried to
-    the other side, in a second call; if that breaks down too, its column is zero.
-
-    Args:
-        residuals: see `Residuals`.
-        place: shape (p,), in the unit cube.
-        middle: residual there, shape (n,).
-        step: of the differences, as a share of the cube's edge.
-        central: differences to both sides instead of one.
-
-    Returns:
-        Change of the residual per unit of each coordinate, shape (n, p).
+    Steps, a share of the cube's edge, go inward, so that no bound is crossed. A step that breaks
+    the simulation down is tried to the other side, in a second call; if that breaks down too, its
+    column is zero. ``middle`` is the residual at the place, (n,); with ``central``, differences are
+    to both sides.
     """
     inward = np.where(place > 0.5, -step, step)
     ahead = place + np.diag(inward)
@@ -106,11 +98,6 @@ class _Linear:
 class BatchedResidual:
     """Residual and Jacobian over places in the unit cube (see `SearchScale`).
 
-    Args:
-        simulate: parameter vectors to blocks.
-        parameters: p of them.
-        places: the blocks, if they are known already.
-
     Attributes:
         places: the blocks, known once a simulation has not diverged.
         evaluations: simulated parameter vectors so far.
@@ -172,11 +159,8 @@ class BatchedResidual:
     def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:
         """The Jacobian (n, p) per range along a search, updated by steps that went as it had said.
 
-        Where it missed more of a step, differences are taken again.
-
-        Args:
-            place: shape (p,), where the simulation does not diverge.
-            weight: of each row, by which a step is judged, shape (n,).
+        Where it missed more of a step, its rows judged by their weight (n,), differences are taken
+        again. The simulation must not diverge at the place (p,).
         """
         here, known = self.at(place), self._linear
         assert here is not None
@@ -196,11 +180,9 @@ class BatchedResidual:
         return matrix
 
     def jacobian(self, place: FloatArray, *, central: bool = False) -> FloatArray:
-        """Change of the residual per range, shape (n, p), see `difference_jacobian`.
+        """Change of the residual per range, (n, p), at a place (p,) where nothing diverges.
 
-        Args:
-            place: shape (p,), where the simulation does not diverge.
-            central: differences to both sides instead of one.
+        See `difference_jacobian`.
         """
         known = self._linear
         if not central and known and known.differenced and np.array_equal(known.place, place):

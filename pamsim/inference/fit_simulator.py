@@ -126,13 +126,10 @@ def fit_simulator(
 def shown(
     simulate: Simulate, parameters: Sequence[FreeParameter]
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Which parameters the data show where the search begins, shape (p,).
+    """Which parameters the data show where the search begins, (p,), and the Jacobian there.
 
     One is shown if its whole range moves the residual by more than the noise: alone, it would then
-    be known better than by its range.
-
-    Returns:
-        These, and the Jacobian (n, p) of the residual per range there [unit of the residual].
+    be known better than by its range. The Jacobian (n, p) is that of the residual, per range.
 
     Raises:
         InputError: for a simulation that diverges everywhere.
@@ -224,12 +221,9 @@ def _check(parameters: Sequence[FreeParameter], starts: int, steps: int, seed: i
 
 
 class _FitState:
-    """What is not lost when a fit is interrupted.
+    """What is not lost when a fit is interrupted: finished starts and the current one.
 
-    Args:
-        checkpoint: where it is kept, or None to keep nothing.
-        about: what the fit is about, JSON-safe; a state about something else is refused.
-        residual: whose counters are carried on.
+    ``about`` is what the fit is about, JSON-safe. The residual's counters are carried on.
 
     Raises:
         InputError: the checkpoint belongs to another fit.

@@ -36,15 +36,9 @@ def summarise_fit(
     best: SearchEnd,
     jacobian: FloatArray,
 ) -> SimulatorFit:
-    """Summarise a fit.
+    """Summarise a fit whose starts began at some places (p,) of the unit cube.
 
-    Args:
-        cost: what was minimised.
-        parameters: p of them.
-        places: where the starts began, each (p,) in the unit cube.
-        ends: where they ended.
-        best: the optimum.
-        jacobian: of the residual per range there, shape (n, p).
+    The Jacobian is that of the residual at the optimum, per range, (n, p).
     """
     place, scale = best.state.place, cost.residual.scale
     residual = cost.residual.at(place)

@@ -98,11 +98,7 @@ class FreeParameter:
 
 
 class SearchScale:
-    """Change of variables: each parameter's range to 0 ... 1, linearly or in the logarithm.
-
-    Args:
-        parameters: in the order of the vectors, p of them.
-    """
+    """Change of variables: each parameter's range to 0 ... 1, linearly or in the logarithm."""
 
     def __init__(self, parameters: Sequence[FreeParameter]) -> None:
         self._log = np.array([p.scale == "log" for p in parameters], dtype=bool)

@@ -43,14 +43,11 @@ class Determined:
 
 
 def determined(jacobian: FloatArray, singular: float) -> Determined:
-    """Split the parameter space by the singular values of the column-scaled Jacobian.
+    """Split the parameter space by the singular values of the column-scaled Jacobian, (n, k).
 
-    Scaled columns make the split independent of units and ranges: what counts is how similar the
-    effects of parameters are, not how large.
-
-    Args:
-        jacobian: shape (n, k), columns not zero.
-        singular: directions below this fraction of the largest singular value are flat.
+    Scaled columns, none of which may be zero, make the split independent of units and ranges: what
+    counts is how similar the effects of parameters are, not how large. Directions below
+    ``singular`` times the largest singular value are flat.
     """
     norms = np.linalg.norm(jacobian, axis=0)
     # The triangle has the same right singular vectors, all of them.
@@ -68,11 +65,9 @@ def members(directions: FloatArray) -> BoolArray:
 
 
 def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
-    """Covariance (k, k) under unit white noise, flat directions left out.
+    """Covariance (k, k) under unit white noise by a Jacobian (n, k), flat directions left out.
 
-    Args:
-        jacobian: shape (n, k).
-        basis: determined directions, shape (k, q), from `determined`.
+    ``basis`` (k, q) are the directions that are `determined`.
     """
     _, triangle = np.linalg.qr(jacobian @ basis)
     half = np.linalg.solve(triangle.T, basis.T)
@@ -80,12 +75,9 @@ def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]:
-    """Numbers of the parameters that one is correlated with by more than 0.95.
+    """Numbers of the parameters that one, i, is correlated with by more than 0.95.
 
-    Args:
-        covariance: shape (k, k).
-        i: the one.
-        excluded: parameters not to look at, such as members of flat directions, shape (k,).
+    Those ``excluded`` (k,), such as members of flat directions, are not looked at.
     """
     spread = np.sqrt(np.diag(covariance))
     return [
@@ -124,15 +116,15 @@ def identified(
     jacobian: FloatArray,
     information: FloatArray,
 ) -> Identified:
-    """Split the parameter space into what is determined and what is not.
+    """Split the parameter space, p parameters, into what is determined and what is not.
 
     A prior determines a direction in which the data are flat if it is narrower than the range.
 
     Args:
         parameters: p of them.
-        place: the optimum in the unit cube, shape (p,).
-        jacobian: in units of the noise per range, without priors, shape (n, p).
-        information: of each parameter's prior, per squared range, shape (p,).
+        place: the optimum in the unit cube, (p,).
+        jacobian: in units of the noise per range, without priors, (n, p).
+        information: of each parameter's prior, per squared range, (p,).
     """
     count = len(parameters)
     norms = np.linalg.norm(jacobian, axis=0)
@@ -168,14 +160,9 @@ def parameter_flags(
     place: FloatArray,
     covariance: FloatArray,
 ) -> tuple[tuple[Flag, ...], tuple[str, ...], str]:
-    """Reasons not to quote a parameter: its flags, its partners and a sentence.
+    """Reasons not to quote parameter i: its flags, its partners and a sentence.
 
-    Args:
-        i: its number.
-        parameters: p of them.
-        split: from `identified`.
-        place: the optimum in the unit cube, shape (p,).
-        covariance: of the places, shape (p, p).
+    ``place`` (p,) is the optimum in the unit cube, ``covariance`` (p, p) that of the places.
     """
     excluded = split.open | split.at_bound
     p = parameters[i]

@@ -82,12 +82,10 @@ _Part = tuple[FloatArray, FloatArray | float]
 def parameter_covariance(
     linear: Linearisation, basis: FloatArray, information: FloatArray
 ) -> ParameterCovariance:
-    """Estimate the covariance of the optimum.
+    """Covariance of the optimum.
 
-    Args:
-        linear: the simulator at the optimum.
-        basis: determined directions, shape (p, q).
-        information: of the priors, per squared range, shape (p, p).
+    ``basis`` (p, q) are the determined directions, ``information`` (p, p) that of the priors, per
+    squared range.
     """
     weighted = linear.jacobian * linear.weight[:, np.newaxis]
     along = weighted @ basis
@@ -283,13 +281,10 @@ class FittedRecords:
         return np.clip(np.nan_to_num(2.0 * samples / (2.0 + unsure), nan=1.0), 1.0, _MANY)
 
     def colours(self, noise: ArNoise, covariance: FloatArray) -> tuple[ArNoise, ArNoise]:
-        """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest.
+        """AR models of the corrected autocovariance: of an order by AICc, and of the highest.
 
-        The longest sees slow drift too weak for AICc to spend orders on.
-
-        Args:
-            noise: as known so far.
-            covariance: of the estimate with that noise, shape (p, p).
+        The longest sees slow drift too weak for AICc to spend orders on. ``covariance`` (p, p) is
+        that of the estimate with the noise as known so far.
 
         Source: Levinson's recursion; AICc of Hurvich and Tsai, Biometrika 76 (1989).
         """

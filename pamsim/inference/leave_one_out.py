@@ -21,18 +21,11 @@ _MOST = 8  # iterations of a refit; two or three are usual
 def leave_one_out(
     simulate: Simulate, parameters: Sequence[FreeParameter], fit: SimulatorFit
 ) -> FloatArray:
-    """Refit without each row in turn, starting from the fit to all of them.
+    """Predicted minus measured of each row by the fit to all others, (n,) [SI].
 
     Every refit is a Gauss-Newton iteration with the Jacobian of the common optimum, which is close
-    to its own; all refits are simulated in one call per iteration.
-
-    Args:
-        simulate: as it was fitted.
-        parameters: as they were fitted.
-        fit: to all rows, which must not be ordered in time (a static table).
-
-    Returns:
-        Predicted minus measured, each row by the fit without it, shape (n,) [SI].
+    to its own; all refits are simulated in one call per iteration. Rows must not be ordered in
+    time.
 
     Raises:
         InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.

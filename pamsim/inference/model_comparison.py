@@ -127,12 +127,9 @@ def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[Floa
 
 
 def upper_p_value(drawn: FloatArray, observed: float, *, scale: float | None = None) -> float:
-    """One-sided p-value of a statistic.
+    """One-sided p-value of an observed statistic, of which (k,) were drawn under the null.
 
-    Args:
-        drawn: (k,) the statistic under the null hypothesis.
-        observed: the statistic of the data.
-        scale: size of the numbers it was summed from, for rounding; its own size if left out.
+    ``scale`` is the size of the numbers it was summed from, for rounding; its own size if left out.
     """
     limit = observed - _ROUNDING * (abs(observed) if scale is None else scale)
     return (1 + int(np.sum(drawn >= limit))) / (1 + drawn.size)

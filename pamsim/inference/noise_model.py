@@ -52,12 +52,8 @@ def repeat_scatter(
 ) -> dict[tuple[str, str], Scatter]:
     """How far the repeats of each protocol with one clock scatter, cut to the shortest of them.
 
-    Args:
-        places: blocks of all trials.
-        residual: shape (n,) [SI units of the channels].
-
-    Returns:
-        (channel, protocol) -> scatter, for protocols with two such trials or more.
+    The scatter is that of a residual (n,) [SI], by channel and protocol, for protocols with two
+    such trials or more.
     """
     groups: dict[tuple[str, str], list[BlockPlace]] = {}
     for place in places:
@@ -80,11 +76,8 @@ class NoiseModel:
 
     Blocks that state their noise keep it. Otherwise the scatter between repeats of a protocol
     counts, in which what the simulator misses cancels; without repeats it is the root mean square
-    of the residual (the concentrated likelihood). The size of the signal never enters.
-
-    Args:
-        places: the blocks.
-        first: their residual at the first start, shape (n,).
+    of the residual (the concentrated likelihood). The size of the signal never enters. ``first``
+    (n,) is the residual at the first start.
     """
 
     def __init__(self, places: Sequence[BlockPlace], first: FloatArray) -> None:

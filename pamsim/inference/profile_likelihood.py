@@ -64,17 +64,12 @@ def profile(
     """Move one parameter away from the optimum, refitting the others, until the data contradict it.
 
     The noise is held at what the fit estimated. Where that is coloured, the threshold is scaled so
-    that profile and fit agree for a linear simulator (Pace, Salvan and Sartori,
-    Statistica Sinica 21, 2011, 129-148); what differs is then the simulator's curvature.
-
-    Args:
-        simulate: as for `fit_simulator`.
-        parameters: as for `fit_simulator`.
-        fit: its result.
-        name: of the parameter.
+    that profile and fit agree for a linear simulator (Pace, Salvan and Sartori, Statistica Sinica
+    21, 2011, 129-148); what differs is then the simulator's curvature. Arguments are those of
+    `fit_simulator`, and its result.
 
     Raises:
-        InputError: no such parameter.
+        InputError: no parameter of that name.
     """
     names = [p.name for p in parameters]
     if name not in names:

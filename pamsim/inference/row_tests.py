@@ -90,14 +90,9 @@ class ProjectedEffect:
 
 
 class UnseenRows:
-    """Rows of a fitted model, each predicted from the other ones.
+    """Rows of a fitted model, (n,) whitened with a Jacobian (n, p), each predicted from the others.
 
-    Args:
-        residual: (n,) whitened, n >= 2.
-        jacobian: (n, p) of it.
-
-    Attributes:
-        losses: (n,) squares of the rows, each predicted from the other ones.
+    ``losses`` (n,) are the squares of the rows so predicted.
 
     Raises:
         InputError: fewer than two rows.
@@ -142,10 +137,9 @@ class UnseenRows:
 
 
 def nearest_units(inputs: FloatArray) -> FloatArray:
-    """Weights of each unit's nearest neighbours, (n, n), with a sum of 1 in every row.
+    """Weights (n, n) of each unit's nearest neighbours, with a sum of 1 in every row.
 
-    Args:
-        inputs: (n, k) of n units, two or more; each column counts by its span.
+    Of the ``inputs`` (n, k) of two units or more each column counts by its span.
     """
     span = np.ptp(inputs, axis=0)
     scaled = inputs[:, span > 0.0] / span[span > 0.0]
@@ -159,16 +153,11 @@ def nearest_units(inputs: FloatArray) -> FloatArray:
 def missed_together(
     rows: FloatArray, jacobian: FloatArray, near: FloatArray, *, seed: int = 0
 ) -> tuple[float, float]:
-    """What near units miss together.
+    """Mean square of what near units miss together [noise variance], and the p-value of nothing.
 
-    Args:
-        rows: (n,) whitened residual of a fitted model, one row of each unit.
-        jacobian: (n, p) of it.
-        near: see `nearest_units`.
-        seed: random seed of the sign patterns, where they are drawn.
-
-    Returns:
-        Mean square of it [noise variance], which may be below 0, and the p-value of nothing.
+    It is that of whitened rows (n,) of a fitted model with a Jacobian (n, p), one row of each unit,
+    and may be below 0. ``near`` is that of `nearest_units`, the seed that of sign patterns that are
+    drawn.
     """
     order = unit_order(rows)
     own, weights = rows[order], near[np.ix_(order, order)]

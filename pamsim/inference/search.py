@@ -27,12 +27,7 @@ NEAR, SHARP = 0.1, 1e-3
 
 
 class Priors:
-    """Priors of parameters as m rows of a least-squares problem.
-
-    Args:
-        parameters: p of them.
-        scale: of their places.
-    """
+    """Priors of parameters as m rows of a least-squares problem."""
 
     def __init__(self, parameters: Sequence[FreeParameter], scale: SearchScale) -> None:
         self._scale = scale
@@ -50,17 +45,10 @@ class Priors:
 
 
 class RowWeights:
-    """Cost of a fit to trials: residual rows in units of noise, and priors.
+    """Cost of a fit to trials: residual rows in units of the channels' noise, and priors.
 
-    Args:
-        residual: the simulator, its blocks known.
-        parameters: p of them.
-        first: residual at the first start, shape (n,).
-        frozen: True keeps the noise a search begins with.
-
-    Attributes:
-        noise: of the channels.
-        priors: of the parameters, as m rows.
+    ``first`` (n,) is the residual at the first start, where the blocks are known. A ``frozen`` cost
+    keeps the noise that a search begins with.
     """
 
     def __init__(
@@ -152,7 +140,7 @@ def search(
         state: where to begin, at a place where the simulation does not diverge.
         max_steps: steps allowed in all.
         report_progress: called after each Jacobian.
-        free: parameters to move, shape (p,); None for all.
+        free: parameters to move, (p,); None for all.
         rough: True ends with the first round, near the optimum.
         arrived: standard errors from the optimum, as the Jacobian sees it, at which it ends.
     """
@@ -239,11 +227,8 @@ def _round(
 def short_of_optimum(jacobian: FloatArray, residual: FloatArray) -> float:
     """How far a linearisation sees its optimum, in standard errors under white noise.
 
-    Directions that the data leave flat do not count.
-
-    Args:
-        jacobian: in units of the noise, shape (n, p).
-        residual: in units of the noise, shape (n,).
+    Jacobian (n, p) and residual (n,) are in units of the noise. Directions that the data leave flat
+    do not count.
     """
     norms = np.linalg.norm(jacobian, axis=0)
     moving = jacobian[:, norms > DEAD * np.max(norms, initial=0.0)]

@@ -47,16 +47,11 @@ def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
 def errors_of_groups(
     jacobian: FloatArray, residual: FloatArray, groups: FloatArray, inverse: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Standard errors of least-squares estimates whose errors are independent between groups only.
+    """Standard errors (k,) where errors are independent between groups only, with their freedom.
 
-    Args:
-        jacobian: (n, k).
-        residual: (n,).
-        groups: (n,), the same number for points of one group.
-        inverse: (k, k) inverse of J^T J, or its pseudoinverse.
-
-    Returns:
-        Standard errors (k,), and degrees of freedom (k,) of Student's t.
+    They are those of least squares with a Jacobian (n, k), and an ``inverse`` (k, k) of J^T J or
+    its pseudoinverse. ``groups`` (n,) has the same number for points of one group. The degrees of
+    freedom (k,) are those of Student's t.
     """
     sizes, vectors = np.linalg.eigh(inverse)
     half = vectors * np.sqrt(np.maximum(sizes, 0.0))

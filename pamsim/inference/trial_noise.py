@@ -53,9 +53,7 @@ class TrialNoise:
     def whiten(self, values: FloatArray, trial: int) -> FloatArray:
         """Turn the noise of a trial into white noise, of the same variance in all trials.
 
-        Args:
-            values: (n,) or (n, m): a residual, or columns of its Jacobian.
-            trial: number of the trial.
+        Values are a residual (n,), or the columns (n, m) of its Jacobian.
         """
         if not self.models:
             return values
@@ -84,13 +82,10 @@ def fit_trial_noise(
     *,
     long_memory: bool = False,
 ) -> TrialNoise:
-    """Fit a model to the residuals of each sample time.
+    """Fit a model to the residuals (n_i,) of the trials of each sample time [s].
 
-    Args:
-        residuals: of each trial, (n_i,) [output unit].
-        sample_times: of each trial [s].
-        absorbed: of each trial, as for `pamsim.inference.coloured_noise.fit_ar_noise`.
-        long_memory: the same.
+    ``absorbed``, of each trial, and ``long_memory`` are as for
+    `pamsim.inference.coloured_noise.fit_ar_noise`.
     """
     found: dict[int, ArNoise] = {}
     for group in same_rates(sample_times):

@@ -34,19 +34,15 @@ _TINY = float(np.finfo(float).tiny)
 def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dict[str, float]]:
     """The form with the fewest numbers that follows a curve; of as many, the nearest one.
 
-    Args:
-        kind: of curve.
-        at: (n,) evenly spread.
-        value: (n,).
+    It is ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
+    or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction or opening;
+    ``constant``, ``line`` or ``ripple`` of a sensor's error; empty if none follows. Places (n,) are
+    evenly spread.
 
-    Returns:
-        ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
-        or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction or opening;
-        ``constant``, ``line`` or ``ripple`` of a sensor's error; empty if none follows. And its
-        numbers in the curve's units: ``value``, ``stiffness``, where a stop begins (``begin``) and
-        whether above (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``,
-        ``coefficient``, the ``torque`` of dry friction and the ``speed`` at which it is built up,
-        ``slope``, and the ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
+    Its numbers are in the curve's units: ``value``, ``stiffness``, where a stop begins (``begin``)
+    and whether above (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``,
+    ``coefficient``, the ``torque`` of dry friction and the ``speed`` at which it is built up,
+    ``slope``, and the ``height``, ``middle`` and ``width`` (two standard deviations) of a bump.
     """
     about_mean = float(np.sum((value - value.mean()) ** 2))
     flat = about_mean <= (1.0 - FOLLOWS) * float(value @ value)

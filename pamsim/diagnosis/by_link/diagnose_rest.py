@@ -52,12 +52,9 @@ class RestDiagnosis(LinkDiagnosis):
     errors_after: FloatArray
 
     def gap(self, unit: str, scale: float, floor: float | None) -> ChannelGap:
-        """How far readings lie off what the others predict.
+        """How far readings lie off what the others predict, in a unit of some scale per SI unit.
 
-        Args:
-            unit: in which they are shown.
-            scale: of it, per SI unit.
-            floor: their noise in this unit; None if it is not known.
+        ``floor`` is their noise in this unit; None if it is not known.
         """
         before, after = (
             float(np.sqrt(np.mean(errors**2))) * scale
@@ -118,20 +115,13 @@ def diagnose_rest(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> RestDiagnosis:
-    """Find the effects that a model of rows at rest is missing.
+    """Find the effects, in all of their forms, that a model of rows at rest is missing.
 
     Rows have no repeats, so that their noise is not known. The search takes for it what its model
     leaves per degree of freedom, and is repeated until that finds nothing more; it proposes an
     effect if noise alone would promise as much with probability ``alpha``. Nothing is decided by
-    that: judgement is by exchanges and sign flips, which are free of scale.
-
-    Args:
-        simulator_at: see `SimulatorAt`.
-        candidates: effects to try, in all of their forms.
-        nuisance: names of what is refitted with every effect.
-        alpha: level of all tests.
-        seed: random seed of exchanges and sign flips.
-        progress: called as each fit begins.
+    that: judgement is by exchanges and sign flips, which are free of scale. The nuisance parameters
+    are refitted with every effect.
 
     Raises:
         InputError: if the rig has no position at rest for some row, or the rows are too few to

@@ -104,10 +104,8 @@ def judge(
 
     A rival that fits better than an effect, and predicts no worse, takes its place, and all are
     judged again. Where an effect leaves more than noise, so may two effects that do so together,
-    such as a lag of two sensors in the place of one of the command.
-
-    Returns:
-        The model that is left, and its effects in the order of their gain.
+    such as a lag of two sensors in the place of one of the command. The effects that are left are
+    in the order of their gain.
     """
     case = Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), steps)
     model, seen = searched.model, set[frozenset[str]]()

@@ -225,12 +225,7 @@ def beside_unknown(judged: Sequence[Judged]) -> tuple[Judged, ...]:
 
 
 def taken_in(links: Collection[Link], by_link: Mapping[Link, float]) -> float:
-    """What an effect takes away in some links, their mean [noise variance].
-
-    Args:
-        links: of which.
-        by_link: fall of the mean square of each link that it causes [noise variance].
-    """
+    """Mean fall of the mean square of some links that an effect causes [noise variance]."""
     return sum(max(by_link.get(link, 0.0), 0.0) for link in links) / len(links)
 
 

@@ -36,17 +36,10 @@ show it. What an effect does that is less than this changes is then not claimed.
 def held_out_split(
     data: CalibrationData, wanted: Sequence[str], limits: Limits = USUAL
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Split off what to judge by.
+    """Names of the trials to judge by, none of a few inputs recorded once, and warnings.
 
-    Args:
-        data: the recordings.
-        wanted: names of trials or protocols; if there are none, protocols whose name ends in
-            ``_check``, or else every second repeat, or else as `judged_trials`.
-        limits: of what is claimed by them.
-
-    Returns:
-        Names of the trials that are held out, none of a few inputs that were recorded once; and
-        warnings about the choice.
+    Those are the trials or protocols ``wanted``; if there are none, protocols whose name ends in
+    ``_check``, or else every second repeat, or else as `judged_trials`.
 
     Raises:
         InputError: for an unknown name.

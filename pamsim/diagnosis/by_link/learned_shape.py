@@ -93,19 +93,10 @@ def learned_shape(
     *,
     seed: int,
 ) -> LearnedShape | None:
-    """Learn what is left in some links.
+    """Learn what a model with the effects that are certain leaves in some links.
 
-    Args:
-        rig: as it is.
-        trials: that are fitted and judged.
-        model: with the effects that are certain.
-        nuisance: parameters that are refitted with the curves.
-        links: in which something is left.
-        links_of: links of the trials on a rig, and the rows that are fitted and judged.
-        seed: random seed of the sign flips.
-
-    Returns:
-        The curves; None where they predict no better, or nothing can have one.
+    ``links_of`` gives the links of the trials on a rig, and the rows that are fitted and judged.
+    None where the curves predict no better, or nothing can have one.
     """
     shared = (muscle_place(rig, trials), sensor_place(rig, trials), valve_place(rig, trials))
     places: list[Place] = [*joint_places(rig, trials), *(one for one in shared if one)]

@@ -31,16 +31,9 @@ _MOVED = 0.05  # of a fitted size of the rival, for what its refit can take away
 def next_experiment(
     rig: Rig, found: LinkDiagnosis, noise: Mapping[str, float], *, threads: int | None = None
 ) -> NextExperiment | None:
-    """Choose what to measure next.
+    """Choose what to measure next; None if nothing is open.
 
-    Args:
-        rig: that was diagnosed.
-        found: what was found.
-        noise: channel -> standard deviation [SI].
-        threads: simulations at a time; None for one per processor.
-
-    Returns:
-        The choice; None if nothing is open.
+    ``noise`` is the standard deviation of each channel [SI].
     """
     tied = next(_tied(found), None)
     if tied is not None:

@@ -93,15 +93,9 @@ def promises(
 ) -> tuple[FloatArray, list[Promise]]:
     """What effects promise beside a model whose parameters, and other forms, are free.
 
-    Args:
-        model: fitted.
-        known: signatures of what is tried; effects that the model has, or whose parameters it has
-            freed, are left out.
-        forms: (f, k) errors of the formulas of the model's effects, see `forms_of`; None for none.
-
-    Returns:
-        Rows (f,) that neither the model's parameters nor the forms can take away, and the best
-        promise of each probe, the largest gain first.
+    That is the rows (f,) that neither the model's parameters nor the forms (f, k), see `forms_of`,
+    can take away, and the best promise of each probe, the largest gain first. Effects that the
+    model has, or whose parameters it has freed, are left out.
     """
     basis = _free(model, forms)
     left = project_out(basis, model.rows)

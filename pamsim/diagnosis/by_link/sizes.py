@@ -87,12 +87,9 @@ class SizeErrors:
         self._spread = np.array(moved) - np.mean(moved, axis=0)  # (groups, p)
 
     def reach(self, weights: Mapping[str, FloatArray]) -> FloatArray:
-        """Half width of the 95 % intervals of sums of parameters, (n,).
+        """Half width of the 95 % intervals of sums of parameters, (n,), by their weights (n,).
 
         Infinite where the data do not show one of them.
-
-        Args:
-            weights: parameter -> factor on its value in each sum, (n,).
         """
         columns: list[FloatArray] = []
         unseen = np.zeros(len(next(iter(weights.values()))), dtype=bool)

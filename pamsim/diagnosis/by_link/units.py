@@ -71,11 +71,11 @@ class Rows:
 
 
 class Units:
-    """Fitted and judged rows of a simulation.
+    """Fitted and judged rows of a simulation, of blocks, each with the number of its link.
 
     Args:
         simulator: of the links.
-        fitted, judged: blocks, each with the number of its link.
+        fitted, judged: blocks.
         trial_of: unit -> trial; of units that are trials it may be left out.
         input_of: trial -> name of its input; that of its group of repeats if left out.
         varying: (N, k) change of the residual with what differs from log to log, each at its
@@ -83,8 +83,6 @@ class Units:
         limits: of what is claimed and reported by them.
 
     Attributes:
-        fitted, judged: rows.
-        limits: as given.
         in_parts: whether units are parts of trials.
         varies: whether what differs from log to log is assumed.
     """
@@ -149,9 +147,7 @@ class Units:
 class _Whitening:
     """Rows of covariance ``1 + C C'`` to white ones, by its symmetric root: each stays in place.
 
-    Args:
-        columns: C, change of the rows with what they share, in noise and at its standard
-            deviation, (n, k).
+    C (n, k) is the change of the rows with what they share, in noise and at its standard deviation.
     """
 
     def __init__(self, columns: FloatArray) -> None:
@@ -190,17 +186,12 @@ def parts_of_trials(
     varying: FloatArray,
     limits: Limits = USUAL,
 ) -> Units:
-    """Parts of trials as units.
+    """Parts of trials as units, with gaps of some rows between them; arguments as of `Units`.
 
-    Args:
-        simulator: of the links.
-        held_out: names of the trials to judge by; if there are none, half of all parts.
-        gap: rows between parts.
-        varying: see `Units`.
-        limits: see `Units`; judgement needs as many units as its level.
+    The trials held out are judged; if there are none, half of all parts.
 
     Raises:
-        InputError: trials that are too short for so many parts.
+        InputError: trials that are too short for so many parts as the level of judgement needs.
     """
     of_trial: dict[str, list[tuple[Block, int]]] = {}
     for block, link in zip(simulator.blocks, simulator.link_of, strict=True):

@@ -87,15 +87,9 @@ def whole_chain(
     held_out: Collection[str],
     threads: int | None = None,
 ) -> WholeChain:
-    """Simulate all trials from the command on.
+    """Simulate all trials from the command on, with refitted parameters and with effects [SI].
 
-    Args:
-        rig: as it is.
-        data: recordings, as the rig names their signals.
-        before: values of the refitted parameters [SI].
-        after: of these and of the effects; None if there are none.
-        held_out: names of trials.
-        threads: simulations at a time; None for one per processor.
+    ``after`` is None if there are no effects.
     """
     predictor = TrialPredictor(rig, data, threads=threads)
     # Starts as read: fitted to a held-out trial, they would take away some of what is missed there.
