@@ -19,34 +19,20 @@ class Bench:
     """A rig taken apart.
 
     A joint that slides has metres for radians and newtons for newton metres.
-
-    Attributes:
-        motion: units and tests of the joint.
-        muscles: parameters of each.
-        states: number of states of each muscle.
-        lengths: of each tendon at position 0 [m].
-        arms: change of each tendon's length with the position, there [m/rad].
-        dry: dry friction of the joint and, over their arms, of the tendons [N m].
-        dry_speed: joint speed below which it is proportional to speed [rad/s]; 0 if it sticks.
-        damping: viscous friction of both [N m s/rad].
-        quadratic_damping: of the joint [N m s^2/rad^2].
-        inertia: about the joint, without load [kg m^2].
-        weight: torque of gravity at position 0, without load [N m].
-        sensor: the measurement chain.
     """
 
-    motion: Motion
-    muscles: tuple[Parameters, ...]
-    states: tuple[int, ...]
-    lengths: tuple[float, ...]
-    arms: tuple[float, ...]
-    dry: float
-    dry_speed: float
-    damping: float
-    quadratic_damping: float
-    inertia: float
-    weight: float
-    sensor: MeasurementChain
+    motion: Motion  # units and tests of the joint
+    muscles: tuple[Parameters, ...]  # parameters of each
+    states: tuple[int, ...]  # number of states of each muscle
+    lengths: tuple[float, ...]  # of each tendon at position 0 [m]
+    arms: tuple[float, ...]  # change of each tendon's length with the position, there [m/rad]
+    dry: float  # dry friction of the joint and, over their arms, of the tendons [N m]
+    dry_speed: float  # joint speed below which it is proportional to speed [rad/s]; 0 if it sticks
+    damping: float  # viscous friction of both [N m s/rad]
+    quadratic_damping: float  # of the joint [N m s^2/rad^2]
+    inertia: float  # about the joint, without load [kg m^2]
+    weight: float  # torque of gravity at position 0, without load [N m]
+    sensor: MeasurementChain  # the measurement chain
 
 
 def bench(rig: Rig, name: str = "") -> Bench:

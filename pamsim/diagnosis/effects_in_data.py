@@ -46,46 +46,29 @@ simulation is not smooth; in a smooth one it is of the order of `_NUDGE`."""
 
 @dataclass(frozen=True, kw_only=True)
 class EffectInData:
-    """What one effect would look like in recordings.
+    """What one effect would look like in recordings."""
 
-    Attributes:
-        name: of the effect, with its place.
-        parameter: that measures its size.
-        unit: of the sizes.
-        typical: size that was simulated, as a change of the parameter.
-        shows_from: size from which it would show, to first order; infinite if it changes nothing
-            that nuisance parameters do not explain.
-        seen: whether it would show at its typical size.
-        channel: in which most of it would show.
-        protocol: in which most of it would show.
-    """
-
-    name: str
-    parameter: str
-    unit: str
-    typical: float
+    name: str  # of the effect, with its place
+    parameter: str  # that measures its size
+    unit: str  # of the sizes
+    typical: float  # size that was simulated, as a change of the parameter
+    # Size from which it would show, to first order; infinite if it changes nothing that nuisance
+    # parameters do not explain
     shows_from: float
-    seen: bool
-    channel: str
-    protocol: str
+    seen: bool  # whether it would show at its typical size
+    channel: str  # in which most of it would show
+    protocol: str  # in which most of it would show
 
 
 @dataclass(frozen=True, kw_only=True)
 class EffectsInData:
-    """What all effects would look like.
+    """What all effects would look like."""
 
-    Attributes:
-        effects: the clearest first.
-        broken: effects with which the simulation breaks down.
-        trials: that were simulated.
-        seconds: of them together.
-        rough: channels that jump when a parameter hardly changes -> by how much [SI].
-    """
-
-    effects: tuple[EffectInData, ...]
-    broken: tuple[str, ...]
-    trials: tuple[str, ...]
-    seconds: float
+    effects: tuple[EffectInData, ...]  # the clearest first
+    broken: tuple[str, ...]  # effects with which the simulation breaks down
+    trials: tuple[str, ...]  # that were simulated
+    seconds: float  # of them together
+    # Channels that jump when a parameter hardly changes -> by how much [SI]
     rough: Mapping[str, float]
 
 

@@ -34,35 +34,23 @@ from pamsim.engine.rig import Rig
 
 @dataclass(frozen=True, kw_only=True)
 class PhysicalSize:
-    """One quantity of an effect's size, or a condition under which it was found.
+    """One quantity of an effect's size, or a condition under which it was found."""
 
-    Attributes:
-        value: [unit].
-        unit: SI unit.
-        interval95: ends of the 95 % interval [unit]; None for a condition and where it is not
-            known.
-    """
-
-    value: float
-    unit: str
+    value: float  # [unit]
+    unit: str  # SI unit
+    # Ends of the 95 % interval [unit]; None for a condition and where it is not known
     interval95: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted:
-    """The estimates of a fit, for all effects in it.
+    """The estimates of a fit, for all effects in it."""
 
-    Attributes:
-        values: rig parameter -> value [SI], refitted ones among them.
-        intervals: parameter of an effect -> 95 % interval [SI].
-        parameters: of all effects, p of them.
-        jacobian: change of the residual with each of these, (n, p); what the data do not show
-            counts as not correlated.
-    """
-
-    values: Mapping[str, float]
-    intervals: Mapping[str, tuple[float, float]]
-    parameters: Sequence[str]
+    values: Mapping[str, float]  # rig parameter -> value [SI], refitted ones among them
+    intervals: Mapping[str, tuple[float, float]]  # parameter of an effect -> 95 % interval [SI]
+    parameters: Sequence[str]  # of all effects, p of them
+    # Change of the residual with each of these, (n, p); what the data do not show counts as not
+    # correlated
     jacobian: FloatArray
 
 

@@ -23,17 +23,11 @@ _WIDTH = 98  # of the comment at the top of the file
 
 @dataclass(frozen=True, kw_only=True)
 class Repair:
-    """What a repaired rig is written from.
+    """What a repaired rig is written from."""
 
-    Attributes:
-        rig: the rig that was diagnosed.
-        numbers: fitted parameter -> its entry in the unit of the rig's file.
-        origin: names of the recordings.
-    """
-
-    rig: RigFile
-    numbers: Mapping[str, Sourced]
-    origin: str
+    rig: RigFile  # the rig that was diagnosed
+    numbers: Mapping[str, Sourced]  # fitted parameter -> its entry in the unit of the rig's file
+    origin: str  # names of the recordings
 
 
 def check_folder(out: Path, rig: str | None) -> None:

@@ -46,27 +46,16 @@ CONDITIONS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """How a joint of one kind is tested, and in which units.
+    """How a joint of one kind is tested, and in which units."""
 
-    Attributes:
-        unit: SI unit of its position.
-        effort: what moves it, ``torque`` or ``force``.
-        effort_unit: SI unit of that.
-        inertia_unit: SI unit of its inertia.
-        scale: of the tests of a joint that turns, to positions in ``unit``.
-        at_speed: condition that states the fast speed.
-        at_place: condition that states the position of a sensor's test.
-        amplitude: condition that states the amplitude of its cycles.
-    """
-
-    unit: str
-    effort: str
-    effort_unit: str
-    inertia_unit: str
-    scale: float
-    at_speed: str
-    at_place: str
-    amplitude: str
+    unit: str  # SI unit of its position
+    effort: str  # what moves it, ``torque`` or ``force``
+    effort_unit: str  # SI unit of that
+    inertia_unit: str  # SI unit of its inertia
+    scale: float  # of the tests of a joint that turns, to positions in ``unit``
+    at_speed: str  # condition that states the fast speed
+    at_place: str  # condition that states the position of a sensor's test
+    amplitude: str  # condition that states the amplitude of its cycles
 
 
 MOTIONS: Mapping[str, Motion] = {

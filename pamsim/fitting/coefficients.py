@@ -33,23 +33,14 @@ _ROUNDING = 1e-8  # relative
 
 @dataclass(frozen=True, kw_only=True)
 class Coefficient:
-    """What a fit may do with a coefficient.
+    """What a fit may do with a coefficient."""
 
-    Attributes:
-        name: of the coefficient.
-        unit: SI.
-        low: smallest value.
-        high: largest value.
-        default: neutral value if there is one; a start of the search.
-        held: the value to hold, or None to fit it.
-    """
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    default: float | None = None
-    held: float | None = None
+    name: str  # of the coefficient
+    unit: str  # SI
+    low: float  # smallest value
+    high: float  # largest value
+    default: float | None = None  # neutral value if there is one; a start of the search
+    held: float | None = None  # the value to hold, or None to fit it
 
 
 def held_coefficients(

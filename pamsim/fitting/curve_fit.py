@@ -55,23 +55,15 @@ class CurveFit:
 
     The intervals are linearised at the optimum, with Student's t. They allow for errors that points
     of a group share, where residuals show some.
-
-    Attributes:
-        coefficients: in the order given, with intervals and flags.
-        predicted: (n,).
-        residual: predicted minus measured, (n,).
-        scores: in-sample.
-        converged: False if the solver ran out of evaluations.
-        evaluations: of the curve.
-        shared: kind of group whose points share an error -> p-value of independent errors.
     """
 
-    coefficients: tuple[Estimate, ...]
-    predicted: FloatArray = field(metadata=NOT_IN_JSON)
-    residual: FloatArray = field(metadata=NOT_IN_JSON)
-    scores: Scores
-    converged: bool
-    evaluations: int
+    coefficients: tuple[Estimate, ...]  # in the order given, with intervals and flags
+    predicted: FloatArray = field(metadata=NOT_IN_JSON)  # (n,)
+    residual: FloatArray = field(metadata=NOT_IN_JSON)  # predicted minus measured, (n,)
+    scores: Scores  # in-sample
+    converged: bool  # False if the solver ran out of evaluations
+    evaluations: int  # of the curve
+    # Kind of group whose points share an error -> p-value of independent errors
     shared: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:

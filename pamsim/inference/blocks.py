@@ -36,22 +36,15 @@ _helmert: Any = scipy.linalg.helmert
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """Rows of one channel in one unit.
+    """Rows of one channel in one unit."""
 
-    Attributes:
-        unit: name of what is held out or exchanged as a whole; all channels of a trial, or of a
-            part of one, share it.
-        channel: such as ``angle``.
-        rows: where they are in the residual of a simulation, with start and stop.
-        noise: of the rows; white noise is ``ArNoise((), variance)``.
-        source: name of the log or table that they come from.
-    """
-
+    # Name of what is held out or exchanged as a whole; all channels of a trial, or of a part of
+    # one, share it
     unit: str
-    channel: str
-    rows: slice
-    noise: ArNoise
-    source: str = ""
+    channel: str  # such as ``angle``
+    rows: slice  # where they are in the residual of a simulation, with start and stop
+    noise: ArNoise  # of the rows; white noise is ``ArNoise((), variance)``
+    source: str = ""  # name of the log or table that they come from
 
     def __post_init__(self) -> None:
         """Check rows and noise.

@@ -45,23 +45,15 @@ class _GivenUpError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """The best of the ends that were reached.
+    """The best of the ends that were reached."""
 
-    Attributes:
-        x: the optimum, shape (p,).
-        cost: sum of squares of the residual there.
-        jacobian: shape (n, p), at the optimum; just inside a bound that a coordinate was put onto.
-        converged: False if the search ran out of steps.
-        steps: places tried from this start, those of finite differences not counted.
-        start_cost: sum of squares where this start began.
-    """
-
-    x: FloatArray
-    cost: float
+    x: FloatArray  # the optimum, shape (p,)
+    cost: float  # sum of squares of the residual there
+    # Shape (n, p), at the optimum; just inside a bound that a coordinate was put onto
     jacobian: FloatArray
-    converged: bool
-    steps: int
-    start_cost: float
+    converged: bool  # False if the search ran out of steps
+    steps: int  # places tried from this start, those of finite differences not counted
+    start_cost: float  # sum of squares where this start began
 
 
 def bounded_least_squares(

@@ -32,52 +32,34 @@ class Flag(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PriorPull:
-    """What a prior and the data did to each other.
+    """What a prior and the data did to each other."""
 
-    Attributes:
-        prior: the knowledge from elsewhere.
-        distance: (value - mean) / standard deviation [-]; beyond 2 they contradict each other.
-        share: of the information on the parameter that comes from its prior, 0 to 1; None where the
-            parameter has no interval.
-    """
-
-    prior: Prior
-    distance: float
+    prior: Prior  # the knowledge from elsewhere
+    distance: float  # (value - mean) / standard deviation [-]; beyond 2 they contradict each other
+    # Of the information on the parameter that comes from its prior, 0 to 1; None where the
+    # parameter has no interval
     share: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """A parameter or coefficient after a fit.
+    """A parameter or coefficient after a fit."""
 
-    Attributes:
-        name: of the parameter.
-        unit: SI, of value, interval and bounds.
-        value: at the optimum, or as held.
-        interval95: 95 % interval; None if held, at a bound, or not determined by the data.
-        bounds: range the fit was allowed; None if it is not stated.
-        held: True if it was not fitted.
-        flags: why not to quote it; empty if there is no reason.
-        partners: parameters it trades off or shares a flat direction with.
-        sentence: the flags for a person; empty if there are none.
-        standard_error: [unit]; None like the interval.
-        rise95: by how much -2 log likelihood has risen at the ends of the interval; 3.84 for white
-            noise, more where the noise is coloured; None if not known.
-        prior: its prior against the data, or None.
-    """
-
-    name: str
-    unit: str
-    value: float
+    name: str  # of the parameter
+    unit: str  # SI, of value, interval and bounds
+    value: float  # at the optimum, or as held
+    # 95 % interval; None if held, at a bound, or not determined by the data
     interval95: Interval | None
-    bounds: Interval | None = None
-    held: bool = False
-    flags: tuple[Flag, ...] = ()
-    partners: tuple[str, ...] = ()
-    sentence: str = ""
-    standard_error: float | None = None
+    bounds: Interval | None = None  # range the fit was allowed; None if it is not stated
+    held: bool = False  # True if it was not fitted
+    flags: tuple[Flag, ...] = ()  # why not to quote it; empty if there is no reason
+    partners: tuple[str, ...] = ()  # parameters it trades off or shares a flat direction with
+    sentence: str = ""  # the flags for a person; empty if there are none
+    standard_error: float | None = None  # [unit]; None like the interval
+    # By how much -2 log likelihood has risen at the ends of the interval; 3.84 for white noise,
+    # more where the noise is coloured; None if not known
     rise95: float | None = None
-    prior: PriorPull | None = None
+    prior: PriorPull | None = None  # its prior against the data, or None
 
 
 def without_intervals(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:

@@ -97,19 +97,12 @@ def summarise_fit(
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """What a Jacobian per range shows of the end of a search.
+    """What a Jacobian per range shows of the end of a search."""
 
-    Attributes:
-        split: what is determined.
-        short: how far off the optimum of that is, see `short_of_optimum`.
-        gradient: of half the cost per range, shape (p,).
-        information: of each parameter's prior, per squared range, shape (p,).
-    """
-
-    split: Identified
-    short: float
-    gradient: FloatArray
-    information: FloatArray
+    split: Identified  # what is determined
+    short: float  # how far off the optimum of that is, see `short_of_optimum`
+    gradient: FloatArray  # of half the cost per range, shape (p,)
+    information: FloatArray  # of each parameter's prior, per squared range, shape (p,)
 
 
 def judged(

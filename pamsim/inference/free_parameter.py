@@ -17,17 +17,11 @@ Scale = Literal["linear", "log"]
 
 @dataclass(frozen=True, kw_only=True)
 class Prior:
-    """What was known of a parameter before: a normal distribution and where it comes from.
+    """What was known of a parameter before: a normal distribution and where it comes from."""
 
-    Attributes:
-        mean: most likely value [unit of the parameter].
-        standard_deviation: of that knowledge [unit of the parameter].
-        source: such as "data sheet, +-5 %".
-    """
-
-    mean: float
-    standard_deviation: float
-    source: str
+    mean: float  # most likely value [unit of the parameter]
+    standard_deviation: float  # of that knowledge [unit of the parameter]
+    source: str  # such as "data sheet, +-5 %"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,28 +31,20 @@ class FreeParameter:
     The search sees each range as 0 to 1, linearly or in the logarithm. A logarithmic scale suits a
     positive number known to a factor only; its interval is then symmetric in the logarithm.
 
-    Attributes:
-        name: of the parameter.
-        unit: SI unit of start, low, high and prior.
-        start: where the search begins; on a bound it is moved inside, because friction that starts
-            at 0 has no slope.
-        low: smallest value.
-        high: largest value.
-        scale: ``linear`` or ``log``.
-        prior: knowledge from elsewhere, or None.
-
     Raises:
         ParameterError: for a number that is not finite, an empty range, a start outside it, a
             logarithmic range that reaches 0, or a prior without a positive standard deviation.
     """
 
-    name: str
-    unit: str
+    name: str  # of the parameter
+    unit: str  # SI unit of start, low, high and prior
+    # Where the search begins; on a bound it is moved inside, because friction that starts at 0 has
+    # no slope
     start: float
-    low: float
-    high: float
-    scale: Scale = "linear"
-    prior: Prior | None = None
+    low: float  # smallest value
+    high: float  # largest value
+    scale: Scale = "linear"  # ``linear`` or ``log``
+    prior: Prior | None = None  # knowledge from elsewhere, or None
 
     def __post_init__(self) -> None:
         for field in ("start", "low", "high"):

@@ -28,18 +28,13 @@ _ZERO = 1e-2  # coefficient of a combination, relative to its first, that is not
 
 @dataclass(frozen=True)
 class Determined:
-    """Directions of a parameter space, separated by how far they move the data.
+    """Directions of a parameter space, separated by how far they move the data."""
 
-    Attributes:
-        basis: what is determined, one direction per column, shape (k, q). Columns of the Jacobian
-            times ``basis`` are orthogonal.
-        flat: what is not, one direction per row, shape (f, k).
-        members: which parameters take part in a flat direction, shape (k,).
-    """
-
+    # What is determined, one direction per column, shape (k, q). Columns of the Jacobian times
+    # ``basis`` are orthogonal
     basis: FloatArray
-    flat: FloatArray
-    members: BoolArray
+    flat: FloatArray  # what is not, one direction per row, shape (f, k)
+    members: BoolArray  # which parameters take part in a flat direction, shape (k,)
 
 
 def determined(jacobian: FloatArray, singular: float) -> Determined:
@@ -91,23 +86,14 @@ def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]
 
 @dataclass(frozen=True)
 class Identified:
-    """What data and priors determine.
+    """What data and priors determine."""
 
-    Attributes:
-        basis: determined directions, shape (p, q).
-        dead: parameters the data do not depend on, shape (p,).
-        at_bound: shape (p,).
-        flat: parameters in a direction that the data leave flat, shape (p,).
-        open: parameters that neither data nor priors determine, shape (p,).
-        combinations: what is determined of those, as text.
-    """
-
-    basis: FloatArray
-    dead: BoolArray
-    at_bound: BoolArray
-    flat: BoolArray
-    open: BoolArray
-    combinations: tuple[str, ...]
+    basis: FloatArray  # determined directions, shape (p, q)
+    dead: BoolArray  # parameters the data do not depend on, shape (p,)
+    at_bound: BoolArray  # shape (p,)
+    flat: BoolArray  # parameters in a direction that the data leave flat, shape (p,)
+    open: BoolArray  # parameters that neither data nor priors determine, shape (p,)
+    combinations: tuple[str, ...]  # what is determined of those, as text
 
 
 def identified(

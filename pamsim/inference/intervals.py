@@ -60,19 +60,13 @@ _TINY = 1e-300  # keeps the logarithm of a variance that is 0 finite
 
 @dataclass(frozen=True)
 class ParameterCovariance:
-    """Covariance of the parameters' places in their ranges.
+    """Covariance of the parameters' places in their ranges."""
 
-    Attributes:
-        matrix: shape (p, p); rows and columns of parameters outside the basis are 0.
-        white: the same had the noise been white and as large as the weights say, shape (p, p).
-        quantile: standard errors to either end of the 95 % interval, shape (p,).
-        method: in words.
-    """
-
-    matrix: FloatArray
+    matrix: FloatArray  # shape (p, p); rows and columns of parameters outside the basis are 0
+    # The same had the noise been white and as large as the weights say, shape (p, p)
     white: FloatArray
-    quantile: FloatArray
-    method: str
+    quantile: FloatArray  # standard errors to either end of the 95 % interval, shape (p,)
+    method: str  # in words
 
 
 _Part = tuple[FloatArray, FloatArray | float]

@@ -71,17 +71,11 @@ def leave_one_out(
 
 @dataclass(frozen=True, kw_only=True)
 class FittedForm:
-    """One of several forms of a model, fitted to the same rows.
+    """One of several forms of a model, fitted to the same rows."""
 
-    Attributes:
-        residual: of the fit to all rows, (n,).
-        jacobian: of the residual there, (n, p); p may be 0.
-        left_out: error at each row by the fit without it, (n,).
-    """
-
-    residual: FloatArray
-    jacobian: FloatArray
-    left_out: FloatArray
+    residual: FloatArray  # of the fit to all rows, (n,)
+    jacobian: FloatArray  # of the residual there, (n, p); p may be 0
+    left_out: FloatArray  # error at each row by the fit without it, (n,)
 
 
 def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[int]]:

@@ -25,15 +25,10 @@ _SMALLEST = 1e-12  # [SI unit of the channel], for a channel that is exact from 
 
 @dataclass(frozen=True)
 class Scatter:
-    """Squared differences of repeats from their mean.
+    """Squared differences of repeats from their mean."""
 
-    Attributes:
-        square: their sum [SI unit of the channel, squared].
-        freedom: degrees of freedom.
-    """
-
-    square: float
-    freedom: int
+    square: float  # their sum [SI unit of the channel, squared]
+    freedom: int  # degrees of freedom
 
     @property
     def variance(self) -> float:

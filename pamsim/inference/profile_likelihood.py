@@ -28,31 +28,21 @@ _BETTER = 0.1  # fall of -2 log likelihood that is no rounding
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """How much worse the fit becomes as one parameter leaves its optimum.
+    """How much worse the fit becomes as one parameter leaves its optimum."""
 
-    Attributes:
-        name: of the parameter.
-        unit: SI.
-        values: of the parameter, increasing, m of them [unit].
-        rise: of -2 log likelihood above its smallest value, all others refitted, one per value;
-            None where the simulation diverges.
-        threshold: rise at the ends of the 95 % interval. It is that of chi-squared for white
-            noise, and larger by as much as the fit's interval is wider than a white one.
-        low: lower end of the 95 % interval [unit]; None if the range ends first.
-        high: upper end [unit]; None if the range ends first.
-        sentence: whether the profile closes on both sides.
-        evaluations: simulated parameter vectors.
-    """
-
-    name: str
-    unit: str
-    values: tuple[float, ...]
+    name: str  # of the parameter
+    unit: str  # SI
+    values: tuple[float, ...]  # of the parameter, increasing, m of them [unit]
+    # Of -2 log likelihood above its smallest value, all others refitted, one per value; None where
+    # the simulation diverges
     rise: tuple[float | None, ...]
+    # Rise at the ends of the 95 % interval. It is that of chi-squared for white noise, and larger
+    # by as much as the fit's interval is wider than a white one
     threshold: float
-    low: float | None
-    high: float | None
-    sentence: str
-    evaluations: int
+    low: float | None  # lower end of the 95 % interval [unit]; None if the range ends first
+    high: float | None  # upper end [unit]; None if the range ends first
+    sentence: str  # whether the profile closes on both sides
+    evaluations: int  # simulated parameter vectors
 
 
 def profile(

@@ -13,24 +13,18 @@ from pamsim.core.units import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualBlock:
-    """Simulated minus measured, one channel of one trial.
+    """Simulated minus measured, one channel of one trial."""
 
-    Attributes:
-        trial: name of the trial, or of a static table.
-        protocol: trials of the same one are repeats of each other; with the load, if some trials
-            of the protocol have another.
-        channel: such as ``angle``; blocks of the same channel share their noise.
-        residual: shape (n,) [SI unit of the channel]. Its length must not depend on parameters.
-        sample_interval: [s], or None for rows without an order in time (static table), which are
-            taken as independent.
-        noise_sd: standard deviation of the sensor noise if it is known [SI unit of the channel].
-    """
-
-    trial: str
+    trial: str  # name of the trial, or of a static table
+    # Trials of the same one are repeats of each other; with the load, if some trials of the
+    # protocol have another
     protocol: str
-    channel: str
+    channel: str  # such as ``angle``; blocks of the same channel share their noise
+    # Shape (n,) [SI unit of the channel]. Its length must not depend on parameters
     residual: FloatArray
+    # [s], or None for rows without an order in time (static table), which are taken as independent
     sample_interval: float | None = None
+    # Standard deviation of the sensor noise if it is known [SI unit of the channel]
     noise_sd: float | None = None
 
 
@@ -43,15 +37,10 @@ in number, order and length."""
 
 @dataclass(frozen=True)
 class BlockPlace:
-    """Where a block lies in the stacked residual.
+    """Where a block lies in the stacked residual."""
 
-    Attributes:
-        block: as first returned; its residual is that of the first simulation.
-        rows: its rows in the stack.
-    """
-
-    block: ResidualBlock
-    rows: slice
+    block: ResidualBlock  # as first returned; its residual is that of the first simulation
+    rows: slice  # its rows in the stack
 
 
 def layout(blocks: Sequence[ResidualBlock]) -> tuple[BlockPlace, ...]:

@@ -65,19 +65,16 @@ _DETERMINED = 1e-9  # share of a row's variance that a fit leaves, below which i
 
 @dataclass(frozen=True, kw_only=True)
 class ProjectedEffect:
-    """What a candidate adds to a model.
+    """What a candidate adds to a model."""
 
-    Attributes:
-        losses: (n,) of the rows, each predicted from the other ones with the candidate; squares,
-            to be compared with `UnseenRows.losses`.
-        scores: (n,) fall of each row's half square per size at size 0: above 0 where the row speaks
-            for a positive size.
-        score_covariance: (n, n) of the scores by the noise alone. It is diagonal but for what the
-            fit of the model to all rows makes them share.
-    """
-
+    # (n,) of the rows, each predicted from the other ones with the candidate; squares, to be
+    # compared with `UnseenRows.losses`
     losses: FloatArray
+    # (n,) fall of each row's half square per size at size 0: above 0 where the row speaks for a
+    # positive size
     scores: FloatArray
+    # (n, n) of the scores by the noise alone. It is diagonal but for what the fit of the model to
+    # all rows makes them share
     score_covariance: FloatArray
 
     def p_value(self, seed: int = 0) -> float:

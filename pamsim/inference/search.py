@@ -91,36 +91,22 @@ class RowWeights:
 
 @dataclass(frozen=True)
 class SearchState:
-    """Where a search stands.
+    """Where a search stands."""
 
-    Attributes:
-        place: in the unit cube, shape (p,).
-        noise: channel -> standard deviation the residuals are weighed with.
-        round: of noise estimation.
-        steps: tried so far, of the number allowed.
-        iterations: Jacobians so far.
-    """
-
-    place: FloatArray
-    noise: Mapping[str, float]
-    round: int = 0
-    steps: int = 0
-    iterations: int = 0
+    place: FloatArray  # in the unit cube, shape (p,)
+    noise: Mapping[str, float]  # channel -> standard deviation the residuals are weighed with
+    round: int = 0  # of noise estimation
+    steps: int = 0  # tried so far, of the number allowed
+    iterations: int = 0  # Jacobians so far
 
 
 @dataclass(frozen=True)
 class SearchEnd:
-    """Where a search ended.
+    """Where a search ended."""
 
-    Attributes:
-        state: the last.
-        objective: -2 log likelihood up to a constant, priors included.
-        converged: False if it ran out of steps.
-    """
-
-    state: SearchState
-    objective: float
-    converged: bool
+    state: SearchState  # the last
+    objective: float  # -2 log likelihood up to a constant, priors included
+    converged: bool  # False if it ran out of steps
 
 
 def search(

@@ -38,114 +38,71 @@ class NoiseSource(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchProgress:
-    """Where a running fit stands, reported after each Jacobian.
+    """Where a running fit stands, reported after each Jacobian."""
 
-    Attributes:
-        start: number of the start that is followed, from 0.
-        starts: of how many.
-        iteration: of this start.
-        cost: mean square of the residuals in units of the noise.
-    """
-
-    start: int
-    starts: int
-    iteration: int
-    cost: float
+    start: int  # number of the start that is followed, from 0
+    starts: int  # of how many
+    iteration: int  # of this start
+    cost: float  # mean square of the residuals in units of the noise
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelNoise:
-    """Noise of one channel.
+    """Noise of one channel."""
 
-    Attributes:
-        standard_deviation: [SI unit of the channel].
-        source: where it comes from.
-        rms: root mean square residual over all trials [SI unit of the channel].
-        rms_per_trial: trial -> root mean square residual [SI unit of the channel].
-    """
-
-    standard_deviation: float = field(metadata=json_key("noise_sd"))
-    source: NoiseSource = field(metadata=json_key("noise_source"))
-    rms: float
+    standard_deviation: float = field(metadata=json_key("noise_sd"))  # [SI unit of the channel]
+    source: NoiseSource = field(metadata=json_key("noise_source"))  # where it comes from
+    rms: float  # root mean square residual over all trials [SI unit of the channel]
+    # Trial -> root mean square residual [SI unit of the channel]
     rms_per_trial: Mapping[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StartReport:
-    """Where one start ended.
+    """Where one start ended."""
 
-    Attributes:
-        start: values it began with [parameter units].
-        end: values it ended with [parameter units].
-        objective: -2 log likelihood up to a constant, priors included.
-        converged: False if it ran out of simulations.
-        iterations: Jacobians it took.
-        same_optimum: True if its objective is that of the best start within 0.1.
-    """
-
-    start: tuple[float, ...]
-    end: tuple[float, ...]
-    objective: float
-    converged: bool
-    iterations: int
-    same_optimum: bool
+    start: tuple[float, ...]  # values it began with [parameter units]
+    end: tuple[float, ...]  # values it ended with [parameter units]
+    objective: float  # -2 log likelihood up to a constant, priors included
+    converged: bool  # False if it ran out of simulations
+    iterations: int  # Jacobians it took
+    same_optimum: bool  # True if its objective is that of the best start within 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Linearisation:
-    """The simulator near the optimum, for what builds on a fit (intervals, screening).
+    """The simulator near the optimum, for what builds on a fit (intervals, screening)."""
 
-    Attributes:
-        places: the blocks and their rows.
-        residual: simulated minus measured, shape (n,) [SI units of the channels].
-        jacobian: change of the residual per change of each parameter's place in its range (0 to
-            1, see `SearchScale`), shape (n, p).
-        weight: 1 / noise standard deviation of each row, shape (n,).
-    """
-
-    places: tuple[BlockPlace, ...]
-    residual: FloatArray
+    places: tuple[BlockPlace, ...]  # the blocks and their rows
+    residual: FloatArray  # simulated minus measured, shape (n,) [SI units of the channels]
+    # Change of the residual per change of each parameter's place in its range (0 to 1, see
+    # `SearchScale`), shape (n, p)
     jacobian: FloatArray
-    weight: FloatArray
+    weight: FloatArray  # 1 / noise standard deviation of each row, shape (n,)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorFit:
-    """A simulator fitted to trials.
+    """A simulator fitted to trials."""
 
-    Attributes:
-        parameters: in the order given, with intervals and flags.
-        covariance: of the values, shape (p, p) [products of parameter units]; NaN in rows and
-            columns without an interval.
-        correlation: the same scaled to 1 on the diagonal.
-        determined: combinations that are determined although their members are not, as text.
-        noise: channel -> noise and residual.
-        status: whether to trust the numbers.
-        sentence: the same for a person.
-        interval_method: which intervals these are, for a person.
-        objective: -2 log likelihood up to a constant, priors included.
-        evaluations: simulated parameter vectors.
-        calls: of the simulate callable; one for each Jacobian.
-        iterations: Jacobians over all starts.
-        diverged: simulated vectors that diverged inside the search.
-        starts: where each start ended.
-        linearisation: residual and Jacobian at the optimum.
-    """
-
-    parameters: tuple[Estimate, ...]
+    parameters: tuple[Estimate, ...]  # in the order given, with intervals and flags
+    # Of the values, shape (p, p) [products of parameter units]; NaN in rows and columns without an
+    # interval
     covariance: FloatArray
-    correlation: FloatArray
+    correlation: FloatArray  # the same scaled to 1 on the diagonal
+    # Combinations that are determined although their members are not, as text
     determined: tuple[str, ...]
-    noise: Mapping[str, ChannelNoise]
-    status: FitStatus
-    sentence: str
-    interval_method: str
-    objective: float
-    evaluations: int
-    calls: int
-    iterations: int
-    diverged: int
-    starts: tuple[StartReport, ...]
+    noise: Mapping[str, ChannelNoise]  # channel -> noise and residual
+    status: FitStatus  # whether to trust the numbers
+    sentence: str  # the same for a person
+    interval_method: str  # which intervals these are, for a person
+    objective: float  # -2 log likelihood up to a constant, priors included
+    evaluations: int  # simulated parameter vectors
+    calls: int  # of the simulate callable; one for each Jacobian
+    iterations: int  # Jacobians over all starts
+    diverged: int  # simulated vectors that diverged inside the search
+    starts: tuple[StartReport, ...]  # where each start ended
+    # Residual and Jacobian at the optimum
     linearisation: Linearisation = field(metadata=NOT_IN_JSON)
 
     @property

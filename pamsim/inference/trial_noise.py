@@ -19,13 +19,9 @@ _SAME = 0.01  # relative difference of two sample times that counts as none
 
 @dataclass(frozen=True)
 class TrialNoise:
-    """Noise of some trials.
+    """Noise of some trials."""
 
-    Attributes:
-        models: of each trial; empty for white noise of the same variance in all.
-    """
-
-    models: tuple[ArNoise, ...]
+    models: tuple[ArNoise, ...]  # of each trial; empty for white noise of the same variance in all
 
     @property
     def variance(self) -> float:

@@ -66,45 +66,30 @@ POINTS = 60  # of a curve that is written
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A learned curve.
+    """A learned curve."""
 
-    Attributes:
-        kind: of curve.
-        acts_at: joint, `MUSCLES` or `ALL_VALVES`.
-        at: (n,) from one end of what was visited to the other: positions [rad or m], speeds [the
-            same per s], contractions [-], or signed openings, fill above 0 [-].
-        value: (n,) torque in the direction in which the position grows [N m or N], tension [N],
-            tension per pressure [m^2], read less true position [rad or m], or change of the flow
-            as a share of it [-].
-        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
-    """
-
-    kind: Kind
-    acts_at: str
+    kind: Kind  # of curve
+    acts_at: str  # joint, `MUSCLES` or `ALL_VALVES`
+    # (n,) from one end of what was visited to the other: positions [rad or m], speeds [the same per
+    # s], contractions [-], or signed openings, fill above 0 [-]
     at: FloatArray
+    # (n,) torque in the direction in which the position grows [N m or N], tension [N], tension per
+    # pressure [m^2], read less true position [rad or m], or change of the flow as a share of it [-]
     value: FloatArray
+    # (n,) half width of its 95 % band; infinite where the data do not show the curve
     reach: FloatArray
 
 
 @dataclass(frozen=True)
 class EvenPlace:
-    """A place whose curves all run from one end to the other in even steps.
+    """A place whose curves all run from one end to the other in even steps."""
 
-    Attributes:
-        acts_at: as of its curves.
-        ends_at: beginning of the names of the parameters of the ends.
-        low: end of what was visited.
-        high: other end.
-        fields: kind of curve -> beginning of the names of its control values.
-        count: control values of each curve.
-    """
-
-    acts_at: str
-    ends_at: str
-    low: float
-    high: float
-    fields: Mapping[Kind, str]
-    count: int
+    acts_at: str  # as of its curves
+    ends_at: str  # beginning of the names of the parameters of the ends
+    low: float  # end of what was visited
+    high: float  # other end
+    fields: Mapping[Kind, str]  # kind of curve -> beginning of the names of its control values
+    count: int  # control values of each curve
 
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends that its curves share."""
@@ -140,21 +125,14 @@ _CONTROLS = {Kind.POSITION: ("force_", LENGTH), Kind.RATE: ("drag_", SPEED)}
 
 @dataclass(frozen=True)
 class JointPlace:
-    """A joint, the tendon of the muscle that stands for it, and what was visited of both.
-
-    Attributes:
-        at: (n,) positions from one end to the other [rad or m].
-        rates: slowest and fastest change of the position [per s].
-        length: (n,) of the tendon at the positions [m].
-        arm: (n,) change of that length with the position.
-    """
+    """A joint, the tendon of the muscle that stands for it, and what was visited of both."""
 
     joint: str
     muscle: str
-    at: FloatArray
-    rates: tuple[float, float]
-    length: FloatArray
-    arm: FloatArray
+    at: FloatArray  # (n,) positions from one end to the other [rad or m]
+    rates: tuple[float, float]  # slowest and fastest change of the position [per s]
+    length: FloatArray  # (n,) of the tendon at the positions [m]
+    arm: FloatArray  # (n,) change of that length with the position
 
     @property
     def middle(self) -> float:

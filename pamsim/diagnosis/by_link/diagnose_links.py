@@ -52,41 +52,28 @@ _KNOWN_BY = {
 
 @dataclass(frozen=True, kw_only=True)
 class LinkDiagnosis:
-    """What was found in each link.
+    """What was found in each link."""
 
-    Attributes:
-        links: from the command on.
-        before: mean square of the whitened rows of each link in the judged units, nuisance
-            parameters refitted; 1 is noise.
-        after: the same with the effects of which at least the place is certain.
-        effects: that are there, the largest gain first.
-        suspected: without any of those, effects that fit what is fitted, none of them certain.
-        sizes: parameter of an effect -> value and interval.
-        remainders: what is left in every link with all effects.
-        unexplained: what is left with those of which at least the place is certain.
-        base: the rig without effects, its nuisance parameters fitted.
-        model: with these effects, as fitted.
-        whole: the same, refitted in the whole chain; None where something is left.
-        shape: curves learned of what is left; None if nothing is, or no curve
-            predicts it.
-        notes: what it rests on, if that is not repeats and whole trials.
-        limits: from which an effect is claimed, and material.
-    """
-
-    links: tuple[Link, ...]
+    links: tuple[Link, ...]  # from the command on
+    # Mean square of the whitened rows of each link in the judged units, nuisance parameters
+    # refitted; 1 is noise
     before: Mapping[Link, float]
-    after: Mapping[Link, float]
-    effects: tuple[Judged, ...]
+    after: Mapping[Link, float]  # the same with the effects of which at least the place is certain
+    effects: tuple[Judged, ...]  # that are there, the largest gain first
+    # Without any of those, effects that fit what is fitted, none of them certain
     suspected: tuple[Candidate, ...] = ()
-    sizes: Mapping[str, Size]
-    remainders: Mapping[Link, Remainder]
+    sizes: Mapping[str, Size]  # parameter of an effect -> value and interval
+    remainders: Mapping[Link, Remainder]  # what is left in every link with all effects
+    # What is left with those of which at least the place is certain
     unexplained: Mapping[Link, Remainder]
-    base: LinkModel
-    model: LinkModel
+    base: LinkModel  # the rig without effects, its nuisance parameters fitted
+    model: LinkModel  # with these effects, as fitted
+    # The same, refitted in the whole chain; None where something is left
     whole: LinkModel | None = None
+    # Curves learned of what is left; None if nothing is, or no curve predicts it
     shape: LearnedShape | None = None
-    notes: tuple[str, ...] = ()
-    limits: Limits = USUAL
+    notes: tuple[str, ...] = ()  # what it rests on, if that is not repeats and whole trials
+    limits: Limits = USUAL  # from which an effect is claimed, and material
 
 
 @one_blas_thread()

@@ -40,16 +40,11 @@ exact, to a simulator of the rows."""
 
 @dataclass(frozen=True, kw_only=True)
 class RestDiagnosis(LinkDiagnosis):
-    """What was found in rows at rest.
+    """What was found in rows at rest."""
 
-    Attributes:
-        errors_before: simulated minus measured of each row by a fit to the others, without effects,
-            (n,) [SI].
-        errors_after: the same with those that were found.
-    """
-
+    # Simulated minus measured of each row by a fit to the others, without effects, (n,) [SI]
     errors_before: FloatArray
-    errors_after: FloatArray
+    errors_after: FloatArray  # the same with those that were found
 
     def gap(self, unit: str, scale: float, floor: float | None) -> ChannelGap:
         """How far readings lie off what the others predict, in a unit of some scale per SI unit.

@@ -35,42 +35,25 @@ class SizeEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class RivalEntry:
-    """Another effect in the place of one.
+    """Another effect in the place of one."""
 
-    Attributes:
-        effect: with its form.
-        family: its own.
-        missing: what a model without it is missing, as the end of a sentence.
-        worse: by how much it predicts worse, in the variance of the noise.
-        p_value: of one that predicts as well.
-        ties: whether it may be the cause.
-    """
-
-    effect: str
-    family: str
-    missing: str
-    worse: float
-    p_value: float
-    ties: bool
+    effect: str  # with its form
+    family: str  # its own
+    missing: str  # what a model without it is missing, as the end of a sentence
+    worse: float  # by how much it predicts worse, in the variance of the noise
+    p_value: float  # of one that predicts as well
+    ties: bool  # whether it may be the cause
 
 
 @dataclass(frozen=True, kw_only=True)
 class InsteadEntry:
-    """A number of the rig that may be off instead of an effect, in ``unit``.
+    """A number of the rig that may be off instead of an effect, in ``unit``."""
 
-    Attributes:
-        parameter: of the rig.
-        unit: of both values.
-        stated: value of the rig.
-        value: without the effect.
-        share: of what the effect would take away that this number does.
-    """
-
-    parameter: str
-    unit: str
-    stated: float
-    value: float
-    share: float
+    parameter: str  # of the rig
+    unit: str  # of both values
+    stated: float  # value of the rig
+    value: float  # without the effect
+    share: float  # of what the effect would take away that this number does
 
     @json_property
     def sentence(self) -> str:
@@ -175,16 +158,11 @@ class EffectEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class SuspectEntry:
-    """An effect that fits what was fitted, where none is certain.
+    """An effect that fits what was fitted, where none is certain."""
 
-    Attributes:
-        effect: with its form and place.
-        missing: what a model without it is missing, as the end of a sentence.
-        sizes: parameter -> value, if it is the cause; the one that measures the effect first.
-    """
-
-    effect: str
-    missing: str
+    effect: str  # with its form and place
+    missing: str  # what a model without it is missing, as the end of a sentence
+    # Parameter -> value, if it is the cause; the one that measures the effect first
     sizes: Mapping[str, SizeEntry]
 
     @property

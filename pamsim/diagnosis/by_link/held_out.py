@@ -25,17 +25,11 @@ from pamsim.inference.model_comparison import compare_paired
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """By how much one model predicts unseen data better than another.
+    """By how much one model predicts unseen data better than another."""
 
-    Attributes:
-        gain: mean difference of their losses [noise variance].
-        p_value: of none.
-        limits: from which it is certain.
-    """
-
-    gain: float
-    p_value: float
-    limits: Limits = USUAL
+    gain: float  # mean difference of their losses [noise variance]
+    p_value: float  # of none
+    limits: Limits = USUAL  # from which it is certain
 
     @property
     def certain(self) -> bool:

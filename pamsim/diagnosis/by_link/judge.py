@@ -49,15 +49,12 @@ _RIVALS = 3  # effects that are fitted in the place of one
 
 @dataclass(frozen=True)
 class Case:
-    """What stays the same through a judgement.
-
-    Attributes:
-        before: mean square that the rig without effects leaves in every link [noise variance].
-    """
+    """What stays the same through a judgement."""
 
     fitter: LinkFitter
     searched: Searched
     unseen: HeldOut | LeftOut
+    # Mean square that the rig without effects leaves in every link [noise variance]
     before: Mapping[Link, float]
     steps: Steps
 
@@ -75,18 +72,14 @@ class Case:
 
 @dataclass(frozen=True)
 class Needed:
-    """An effect that a model needs: where, the model refitted without it, and what it gains.
-
-    Attributes:
-        by_link: fall of the mean square of each link [noise variance].
-    """
+    """An effect that a model needs: where, the model refitted without it, and what it gains."""
 
     effect: Candidate
     links: frozenset[Link]
     rest: LinkModel
     before: float
     found: Difference
-    by_link: Mapping[Link, float]
+    by_link: Mapping[Link, float]  # fall of the mean square of each link [noise variance]
 
     def leaves_more(self, left: Mapping[Link, Remainder]) -> bool:
         """Whether more than noise is left for certain in a link of it."""

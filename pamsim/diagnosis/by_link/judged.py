@@ -66,17 +66,11 @@ had the right family."""
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """Another effect in the place of one.
+    """Another effect in the place of one."""
 
-    Attributes:
-        effect: which.
-        model: fitted with it.
-        worse: by how much it predicts worse.
-    """
-
-    effect: Candidate
-    model: LinkModel
-    worse: Difference
+    effect: Candidate  # which
+    model: LinkModel  # fitted with it
+    worse: Difference  # by how much it predicts worse
 
     def ties(self) -> bool:
         """Whether it may be the cause instead."""
@@ -92,74 +86,56 @@ class Rival:
 
 @dataclass(frozen=True, kw_only=True)
 class Instead:
-    """A number of the rig that may be off instead of an effect.
+    """A number of the rig that may be off instead of an effect."""
 
-    Attributes:
-        parameter: nuisance parameter, in one link.
-        stated: value of the rig [SI].
-        value: that it is fitted to without the effect [SI].
-        share: of what the effect takes away, that the number takes away alone.
-    """
-
-    parameter: str
-    stated: float
-    value: float
-    share: float
+    parameter: str  # nuisance parameter, in one link
+    stated: float  # value of the rig [SI]
+    value: float  # that it is fitted to without the effect [SI]
+    share: float  # of what the effect takes away, that the number takes away alone
 
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """An effect of a model.
+    """An effect of a model."""
 
-    Attributes:
-        effect: which.
-        links: in which it is seen.
-        gain: fall of the mean square of these links' whitened rows in the held-out trials, beside
-            the model without it [noise variance].
-        before: mean square of what the rig without any effect leaves there, noise taken off: of
-            repeats what they share [noise variance].
-        p_value: of an effect that is not there.
-        rivals: that were fitted in its place, the best first.
-        exact: whether repeats show that nothing but noise is left in its links.
-        named: whether they show that next to nothing is left there beside the gain (`NAMED`).
-        left: mean square that is left there for certain, and that no other formula of the families
-            that were found takes away: of each link as far as the effect is seen in it, on the
-            scale of the gain [noise variance].
-        uncounted: mean square that is left there by the best estimate, on the same scale, in links
-            in which that is too little to count or may be noise [noise variance].
-        error: mean square that the formula of another effect in its links may be off by, where that
-            leaves more than noise [noise variance].
-        others: what all others take away in links where so many may be a series [noise variance].
-        missed: mean square that is left there for certain, on the scale of the gain, whatever
-            formula of the families that were found may take it away [noise variance].
-        at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
-        second: whether it outweighs no other of its family at its place (`BESIDE_OTHERS`).
-        upstream: an effect before the sensors for which it and the error of another sensor are both
-            mistaken, where one of their formulas is inexact.
-        instead: number of the rig that takes up most of an effect of which nothing is certain.
-        by_link: fall of the mean square of each link [noise variance].
-        limits: from which something is certain.
-    """
-
-    effect: Candidate
-    links: frozenset[Link]
+    effect: Candidate  # which
+    links: frozenset[Link]  # in which it is seen
+    # Fall of the mean square of these links' whitened rows in the held-out trials, beside the model
+    # without it [noise variance]
     gain: float
+    # Mean square of what the rig without any effect leaves there, noise taken off: of repeats what
+    # they share [noise variance]
     before: float
-    p_value: float
-    rivals: tuple[Rival, ...]
-    exact: bool
-    named: bool
+    p_value: float  # of an effect that is not there
+    rivals: tuple[Rival, ...]  # that were fitted in its place, the best first
+    exact: bool  # whether repeats show that nothing but noise is left in its links
+    named: bool  # whether they show that next to nothing is left there beside the gain (`NAMED`)
+    # Mean square that is left there for certain, and that no other formula of the families that
+    # were found takes away: of each link as far as the effect is seen in it, on the scale of the
+    # gain [noise variance]
     left: float = 0.0
+    # Mean square that is left there by the best estimate, on the same scale, in links in which that
+    # is too little to count or may be noise [noise variance]
     uncounted: float = 0.0
+    # Mean square that the formula of another effect in its links may be off by, where that leaves
+    # more than noise [noise variance]
     error: float = 0.0
+    # What all others take away in links where so many may be a series [noise variance]
     others: float = 0.0
+    # Mean square that is left there for certain, on the scale of the gain, whatever formula of the
+    # families that were found may take it away [noise variance]
     missed: float = 0.0
-    at_end: bool = False
+    at_end: bool = False  # whether a parameter lies at an end of its range, see `Candidate.at_end`
+    # Whether it outweighs no other of its family at its place (`BESIDE_OTHERS`)
     second: bool = False
+    # An effect before the sensors for which it and the error of another sensor are both mistaken,
+    # where one of their formulas is inexact
     upstream: str = ""
+    # Number of the rig that takes up most of an effect of which nothing is certain
     instead: Instead | None = None
+    # Fall of the mean square of each link [noise variance]
     by_link: Mapping[Link, float] = field(default_factory=dict[Link, float])
-    limits: Limits = USUAL
+    limits: Limits = USUAL  # from which something is certain
 
     @property
     def share(self) -> float:

@@ -17,43 +17,30 @@ from pamsim.engine.rig import Rig
 
 @dataclass(frozen=True, kw_only=True)
 class LearnedEntry:
-    """A learned curve. It is a description of what is missing, not a name.
+    """A learned curve. It is a description of what is missing, not a name."""
 
-    Attributes:
-        kind: of curve.
-        acts_at: joint, the muscles or the valves, as `Curve` has it.
-        at: (n,) what it runs over.
-        at_unit: ``deg`` or ``m``, the same per second, or ``%`` of a contraction or opening.
-        value: (n,) torque in the direction in which the position grows, tension, read less true
-            position, or change of the flow.
-        unit: ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``; of a
-            sensor's error that of the position; of a change of the flow ``%``.
-        band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
-            show it.
-        holds: what it obeys within its band, see `properties`.
-        resembles: closed form that follows it; empty for none. See
-            `pamsim.diagnosis.by_link.curve_forms.description`.
-        numbers: of that form, in these units.
-        links: in which the curves are seen.
-        before: mean square that is left there without all curves, in the variance of the noise.
-        after: the same with them.
-        p_value: of curves that predict no better.
-    """
-
-    kind: Kind
-    acts_at: str
-    at: FloatArray
-    at_unit: str
+    kind: Kind  # of curve
+    acts_at: str  # joint, the muscles or the valves, as `Curve` has it
+    at: FloatArray  # (n,) what it runs over
+    at_unit: str  # ``deg`` or ``m``, the same per second, or ``%`` of a contraction or opening
+    # (n,) torque in the direction in which the position grows, tension, read less true position, or
+    # change of the flow
     value: FloatArray
+    # ``N*m`` or, on a joint that slides, ``N``; of a tension ``N`` or ``N/bar``; of a sensor's
+    # error that of the position; of a change of the flow ``%``
     unit: str
+    # (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not show it
     band95: FloatArray
-    holds: tuple[str, ...]
+    holds: tuple[str, ...]  # what it obeys within its band, see `properties`
+    # Closed form that follows it; empty for none. See
+    # `pamsim.diagnosis.by_link.curve_forms.description`
     resembles: str
+    # Of that form, in these units
     numbers: Mapping[str, float] = field(default_factory=dict[str, float])
-    links: tuple[str, ...]
-    before: float
-    after: float
-    p_value: float
+    links: tuple[str, ...]  # in which the curves are seen
+    before: float  # mean square that is left there without all curves, in the variance of the noise
+    after: float  # the same with them
+    p_value: float  # of curves that predict no better
 
     @json_property
     def over(self) -> str:

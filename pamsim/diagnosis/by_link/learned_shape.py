@@ -61,26 +61,17 @@ _MOST = 400.0  # largest control value that is sought, in typical ones
 
 @dataclass(frozen=True, kw_only=True)
 class LearnedShape:
-    """Curves that stand for what has no name.
+    """Curves that stand for what has no name."""
 
-    Attributes:
-        curves: of every joint that has some, of the muscles, or of valves or a sensor.
-        links: whose outputs they change.
-        model: with the curves, as fitted.
-        values: rig parameters of the curves, their ends among them [SI].
-        before: mean square that is left in these links without them, in the judged units; 1 is
-            noise.
-        after: the same with them.
-        p_value: of curves that predict no better.
-    """
-
+    # Of every joint that has some, of the muscles, or of valves or a sensor
     curves: tuple[Curve, ...]
-    links: tuple[Link, ...]
-    model: LinkModel
-    values: Mapping[str, float]
+    links: tuple[Link, ...]  # whose outputs they change
+    model: LinkModel  # with the curves, as fitted
+    values: Mapping[str, float]  # rig parameters of the curves, their ends among them [SI]
+    # Mean square that is left in these links without them, in the judged units; 1 is noise
     before: float
-    after: float
-    p_value: float
+    after: float  # the same with them
+    p_value: float  # of curves that predict no better
 
 
 def learned_shape(

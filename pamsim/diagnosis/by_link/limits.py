@@ -28,19 +28,15 @@ the true parameters of training cases that left up to 0.04."""
 class Limits:
     """What a diagnosis claims and reports.
 
-    Attributes:
-        alpha: level of all tests, see `ALPHA`.
-        material: fall of a link's mean square from which an effect is searched for, see `MATERIAL`
-            [noise variance].
-        least: mean square from which a remainder counts, see `LEAST` [noise variance].
-
     Raises:
         InputError: for a level or a materiality that nothing can be judged by.
     """
 
-    alpha: float = ALPHA
+    alpha: float = ALPHA  # level of all tests, see `ALPHA`
+    # Fall of a link's mean square from which an effect is searched for, see `MATERIAL` [noise
+    # variance]
     material: float = MATERIAL
-    least: float = LEAST
+    least: float = LEAST  # mean square from which a remainder counts, see `LEAST` [noise variance]
 
     def __post_init__(self) -> None:
         if not LOWEST_ALPHA <= self.alpha <= HIGHEST_ALPHA:

@@ -14,26 +14,19 @@ from pamsim.inference.projection import as_columns
 
 @dataclass(frozen=True, kw_only=True)
 class LinkModel:
-    """A rig with some effects, after their fit.
+    """A rig with some effects, after their fit."""
 
-    Attributes:
-        effects: that it has.
-        values: of nuisance parameters in each link, and of the effects' parameters [SI].
-        residual: of all links and trials, (n,) [SI]; of trials that no fit needs it is that of the
-            rig as it is.
-        offset: of the residual, by which it is that of shorter time steps, (n,) [SI]. Simulations
-            about this model have the same added: long steps get right what parameters change, not
-            what a large effect does.
-        rows: of the fitted units, whitened, (f,).
-        sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`,
-            (f,).
-    """
-
-    effects: tuple[Candidate, ...]
+    effects: tuple[Candidate, ...]  # that it has
+    # Of nuisance parameters in each link, and of the effects' parameters [SI]
     values: Mapping[str, float]
+    # Of all links and trials, (n,) [SI]; of trials that no fit needs it is that of the rig as it is
     residual: FloatArray
+    # Of the residual, by which it is that of shorter time steps, (n,) [SI]. Simulations about this
+    # model have the same added: long steps get right what parameters change, not what a large
+    # effect does
     offset: FloatArray
-    rows: FloatArray
+    rows: FloatArray  # of the fitted units, whitened, (f,)
+    # Change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,)
     sensitivities: Mapping[str, FloatArray]
 
     @property

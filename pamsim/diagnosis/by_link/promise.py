@@ -32,18 +32,12 @@ class Signature:
 
 @dataclass(frozen=True, kw_only=True)
 class Promise:
-    """What an effect would do beside a model.
-
-    Attributes:
-        gain: fall of the sum of squares.
-        factor: on its probe.
-        rows: change of the whitened rows that is its own, (f,).
-    """
+    """What an effect would do beside a model."""
 
     signature: Signature
-    gain: float
-    factor: float
-    rows: FloatArray
+    gain: float  # fall of the sum of squares
+    factor: float  # on its probe
+    rows: FloatArray  # change of the whitened rows that is its own, (f,)
 
     @property
     def effect(self) -> Candidate:

@@ -15,22 +15,17 @@ from pamsim.diagnosis.by_link.limits import USUAL, Limits
 
 @dataclass(frozen=True, kw_only=True)
 class Remainder:
-    """What is left in a link.
+    """What is left in a link."""
 
-    Attributes:
-        excess: mean square of what repeats miss together, in the noise's variance; may be below 0.
-            Without repeats it is the mean square less that of the noise.
-        p_value: of nothing being left, corrected for the number of links; 1 without repeats.
-        known: whether repeats show it. Without them slow noise, and what differs from log to log,
-            look like something that is left, and a fit that has followed them looks like nothing:
-            neither is evidence.
-        limits: from which it counts.
-    """
-
+    # Mean square of what repeats miss together, in the noise's variance; may be below 0. Without
+    # repeats it is the mean square less that of the noise
     excess: float
-    p_value: float
+    p_value: float  # of nothing being left, corrected for the number of links; 1 without repeats
+    # Whether repeats show it. Without them slow noise, and what differs from log to log, look like
+    # something that is left, and a fit that has followed them looks like nothing: neither is
+    # evidence
     known: bool = True
-    limits: Limits = USUAL
+    limits: Limits = USUAL  # from which it counts
 
     @property
     def counts(self) -> bool:

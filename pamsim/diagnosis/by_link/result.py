@@ -79,105 +79,63 @@ class LinkEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class NuisanceEntry:
-    """A parameter that was refitted with every effect, in ``unit``.
+    """A parameter that was refitted with every effect, in ``unit``."""
 
-    Attributes:
-        parameter: of the rig.
-        unit: of the values.
-        stated: value of the rig.
-        by_link: link -> value there.
-        whole: value of the repaired rig, see `pamsim.diagnosis.by_link.chain_values`.
-    """
-
-    parameter: str
-    unit: str
-    stated: float
-    by_link: Mapping[str, float]
-    whole: float
+    parameter: str  # of the rig
+    unit: str  # of the values
+    stated: float  # value of the rig
+    by_link: Mapping[str, float]  # link -> value there
+    whole: float  # value of the repaired rig, see `pamsim.diagnosis.by_link.chain_values`
 
 
 @dataclass(frozen=True, kw_only=True)
 class NextExperiment:
-    """What to measure next.
+    """What to measure next."""
 
-    Attributes:
-        advice: in words.
-        protocol: experiment on the menu; None where only advice can be given.
-        shows: what it shows.
-        between: the two effects that it separates.
-        before: mean square distance of the two in the data at hand [variance of the noise].
-        after: the same in a trial of that experiment.
-        menu: experiment -> the latter.
-    """
-
-    advice: str
-    protocol: str | None = None
-    shows: str = ""
-    between: tuple[str, ...] = ()
+    advice: str  # in words
+    protocol: str | None = None  # experiment on the menu; None where only advice can be given
+    shows: str = ""  # what it shows
+    between: tuple[str, ...] = ()  # the two effects that it separates
+    # Mean square distance of the two in the data at hand [variance of the noise]
     before: float | None = None
-    after: float | None = None
-    menu: Mapping[str, float] = field(default_factory=dict[str, float])
+    after: float | None = None  # the same in a trial of that experiment
+    menu: Mapping[str, float] = field(default_factory=dict[str, float])  # experiment -> the latter
 
 
 @dataclass(frozen=True, kw_only=True)
 class RowEntry:
-    """A row of a table, its errors by fits to the others.
+    """A row of a table, its errors by fits to the others."""
 
-    Attributes:
-        row: its name.
-        pressure_kpa: of every muscle.
-        load_kg: on the arm.
-        angle_deg: as measured.
-        before_deg: simulated minus measured, nuisance parameters refitted.
-        after_deg: the same with the effects that were found; None without any.
-    """
-
-    row: str
-    pressure_kpa: tuple[float, ...]
-    load_kg: float
-    angle_deg: float
-    before_deg: float
-    after_deg: float | None
+    row: str  # its name
+    pressure_kpa: tuple[float, ...]  # of every muscle
+    load_kg: float  # on the arm
+    angle_deg: float  # as measured
+    before_deg: float  # simulated minus measured, nuisance parameters refitted
+    after_deg: float | None  # the same with the effects that were found; None without any
 
 
 @dataclass(frozen=True, kw_only=True)
 class Branches:
-    """The branches of a loop at the pressures that were read on both, (m,) each.
+    """The branches of a loop at the pressures that were read on both, (m,) each."""
 
-    Attributes:
-        pressure_kpa: of the levels.
-        rising_mm: length while the pressure rises.
-        falling_mm: length while it falls.
-        error_mm: standard error of the difference; None if it is not known.
-        opened_mm: rising less falling length by the effects that were found; None without any.
-    """
-
-    pressure_kpa: FloatArray
-    rising_mm: FloatArray
-    falling_mm: FloatArray
-    error_mm: FloatArray | None
+    pressure_kpa: FloatArray  # of the levels
+    rising_mm: FloatArray  # length while the pressure rises
+    falling_mm: FloatArray  # length while it falls
+    error_mm: FloatArray | None  # standard error of the difference; None if it is not known
+    # Rising less falling length by the effects that were found; None without any
     opened_mm: FloatArray | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """What was diagnosed, how, and how long it took.
+    """What was diagnosed, how, and how long it took."""
 
-    Attributes:
-        data: where the measurements are from.
-        held_out: names of the trials that no fit has seen.
-        effects_tried: number of effects.
-        skipped: effect -> why it was not tried.
-        seed: random seed.
-        seconds: wall time.
-    """
-
-    data: tuple[str, ...]
-    held_out: tuple[str, ...]
-    effects_tried: int
-    skipped: Mapping[str, str]
-    seed: int
-    seconds: float
+    data: tuple[str, ...]  # where the measurements are from
+    held_out: tuple[str, ...]  # names of the trials that no fit has seen
+    effects_tried: int  # number of effects
+    skipped: Mapping[str, str]  # effect -> why it was not tried
+    seed: int  # random seed
+    seconds: float  # wall time
 
 
 @dataclass(frozen=True, kw_only=True)

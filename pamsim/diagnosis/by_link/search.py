@@ -51,16 +51,11 @@ _ROUNDS = 8  # effects at most: twice as many as from which none need be certain
 
 @dataclass(frozen=True, kw_only=True)
 class Searched:
-    """What a search has found.
+    """What a search has found."""
 
-    Attributes:
-        base: the rig with its nuisance parameters fitted.
-        model: with all effects that were found, in the order in which they were.
-        known: signatures about the rig as it is, and about this base where it is much better.
-    """
-
-    base: LinkModel
-    model: LinkModel
+    base: LinkModel  # the rig with its nuisance parameters fitted
+    model: LinkModel  # with all effects that were found, in the order in which they were
+    # Signatures about the rig as it is, and about this base where it is much better
     known: tuple[Signature, ...]
 
 

@@ -30,15 +30,10 @@ _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile i
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """Value of a parameter.
+    """Value of a parameter."""
 
-    Attributes:
-        value: as fitted [SI].
-        interval95: 95 % interval [SI]; infinite where the data do not show it.
-    """
-
-    value: float
-    interval95: tuple[float, float]
+    value: float  # as fitted [SI]
+    interval95: tuple[float, float]  # 95 % interval [SI]; infinite where the data do not show it
 
 
 def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:

@@ -37,22 +37,14 @@ longer parts need fewer gaps."""
 
 @dataclass(frozen=True, kw_only=True)
 class Rows:
-    """Whitened rows of some blocks, one block after the other.
+    """Whitened rows of some blocks, one block after the other."""
 
-    Attributes:
-        blocks: of the rows.
-        link_of: number of the link of each row, (n,).
-        unit_of: number of the unit of each row, (n,).
-        group_of: number of the group of repeats of each row, (n,).
-        groups: names of the groups of repeats that have to be simulated.
-        whitenings: rows of each link in each log, and how what varies there is part of their noise.
-    """
-
-    blocks: tuple[Block, ...]
-    link_of: NDArray[np.intp]
-    unit_of: NDArray[np.intp]
-    group_of: NDArray[np.intp]
-    groups: frozenset[str]
+    blocks: tuple[Block, ...]  # of the rows
+    link_of: NDArray[np.intp]  # number of the link of each row, (n,)
+    unit_of: NDArray[np.intp]  # number of the unit of each row, (n,)
+    group_of: NDArray[np.intp]  # number of the group of repeats of each row, (n,)
+    groups: frozenset[str]  # names of the groups of repeats that have to be simulated
+    # Rows of each link in each log, and how what varies there is part of their noise
     whitenings: Sequence[tuple[NDArray[np.intp], _Whitening]]
 
     @property

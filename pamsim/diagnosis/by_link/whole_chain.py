@@ -46,36 +46,24 @@ the mean square are then no noise."""
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelGap:
-    """Root mean squares of one channel in the held-out trials, the whole chain simulated.
+    """Root mean squares of one channel in the held-out trials, the whole chain simulated."""
 
-    Attributes:
-        unit: of all.
-        floor: noise, as repeats or one trial show it; None if it is not known.
-        before: what the rig misses, its nuisance parameters refitted; None if it breaks down, or
-            parts of trials are held out and no whole one.
-        after: what it misses with the effects that were found; None without any.
-    """
-
-    unit: str
-    floor: float | None
+    unit: str  # of all
+    floor: float | None  # noise, as repeats or one trial show it; None if it is not known
+    # What the rig misses, its nuisance parameters refitted; None if it breaks down, or parts of
+    # trials are held out and no whole one
     before: float | None
-    after: float | None
+    after: float | None  # what it misses with the effects that were found; None without any
 
 
 @dataclass(frozen=True, kw_only=True)
 class WholeChain:
-    """The simulations of the whole chain.
+    """The simulations of the whole chain."""
 
-    Attributes:
-        as_it_is: trial -> channel -> (n,) simulated by the rig as it is [SI]; empty if it breaks
-            down.
-        comparisons: every compared channel of every trial, before and after.
-        gap: channel -> what is missed.
-    """
-
+    # Trial -> channel -> (n,) simulated by the rig as it is [SI]; empty if it breaks down
     as_it_is: Mapping[str, Mapping[str, FloatArray]]
-    comparisons: tuple[Comparison, ...]
-    gap: Mapping[str, ChannelGap]
+    comparisons: tuple[Comparison, ...]  # every compared channel of every trial, before and after
+    gap: Mapping[str, ChannelGap]  # channel -> what is missed
 
 
 def whole_chain(
