@@ -32,8 +32,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.identification.step_response import step_of_lags
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.residual_block import Blocks, ResidualBlock
-from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.inference.simulator_fit import Blocks, ResidualBlock, SimulatorFit
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.step_metrics import step_metrics

@@ -93,7 +93,7 @@ PARTS = {
         (
             "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
             "diagnosis/by_link/curve_places.py",
-            "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/curve_forms.py",
+            "diagnosis/by_link/learned_entry.py",
         ),
         (
             "unit/physics/test_learned_curves.py unit/diagnosis/by_link/test_curve_places.py"
@@ -104,7 +104,7 @@ PARTS = {
     "verdict": Room(
         tuple(
             f"diagnosis/by_link/{name}.py"
-            for name in ("judge", "held_out", "left_out", "remainder", "diagnose_rest")
+            for name in ("judge", "held_out", "left_out", "limits", "diagnose_rest")
         ),
         ("unit/diagnosis/by_link/test_rows_at_rest.py unit/diagnosis/by_link/test_loops.py"
          " unit/diagnosis/by_link/test_link_diagnosis.py",

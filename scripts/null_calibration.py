@@ -28,8 +28,8 @@ from scipy.stats import binomtest, kstest
 from pamsim.comparison.links import PARTS, Link
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.held_out import remainders
 from pamsim.diagnosis.by_link.limits import ALPHA
-from pamsim.diagnosis.by_link.remainder import remainders
 from pamsim.inference.model_comparison import compare_paired
 from pamsim.inference.row_tests import (
     UnseenRows,

@@ -23,8 +23,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import leave_one_out
-from pamsim.inference.residual_block import Blocks, ResidualBlock
-from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.inference.simulator_fit import Blocks, ResidualBlock, SimulatorFit
 from pamsim.papers.calibration_record import SMALL_STEPS
 from pamsim.papers.numerics import rms
 from pamsim.papers.printed_steps import STARTS, printed_experiment

@@ -12,7 +12,7 @@ from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.inference.residual_block import Blocks
+from pamsim.inference.simulator_fit import Blocks
 
 Case = TypeVar("Case")
 Found = TypeVar("Found")

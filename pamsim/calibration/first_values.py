@@ -25,7 +25,7 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.residual_block import Blocks, ResidualBlock
+from pamsim.inference.simulator_fit import Blocks, ResidualBlock
 from pamsim.recordings.trial import Trial
 
 _VALVES, _NATIVE = ("valve", "chamber"), "native"

@@ -63,7 +63,7 @@ def command(
     """
     from pamsim.core.errors import InputError
     from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
-    from pamsim.diagnosis.repaired_rig import check_folder
+    from pamsim.diagnosis.fitted_rig import check_folder
 
     kind = kind_of(data)
     if film and (out is None or kind is not Kind.RECORDINGS):

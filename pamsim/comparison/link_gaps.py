@@ -21,7 +21,7 @@ from pamsim.comparison.repeated_misfit import (
 from pamsim.comparison.repeats import protocols_by_load
 from pamsim.core.encoding import json_property
 from pamsim.engine.rig import Rig
-from pamsim.inference.residual_block import ResidualBlock, layout
+from pamsim.inference.simulator_fit import ResidualBlock, layout
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 

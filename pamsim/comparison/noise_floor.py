@@ -25,7 +25,7 @@ from pamsim.comparison.link_inputs import rounding_noise
 from pamsim.comparison.repeats import periods
 from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import Scatter, pooled_deviation, repeat_scatter
-from pamsim.inference.residual_block import BlockPlace
+from pamsim.inference.simulator_fit import BlockPlace
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 

@@ -23,7 +23,7 @@ from pamsim.comparison.start_errors import STEP, StartError, start_error, start_
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.inference.residual_block import Blocks, ResidualBlock
+from pamsim.inference.simulator_fit import Blocks, ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import true_at_rest

@@ -23,16 +23,16 @@ what separates the branches of a loop         ../comparison/loop_simulator.py
 what an effect promises, before any fit       by_link/promise.py
 search for effects                            by_link/search.py
 judgement on data that no fit has seen        by_link/judge.py
+from where on something is claimed, or left   by_link/limits.py
 how deep a name holds                         by_link/judged.py
 sizes and their intervals                     by_link/sizes.py
-what is left in a link                        by_link/remainder.py
 the whole chain, before and after             by_link/whole_chain.py
-values of the whole rig                       by_link/chain_values.py
+what was found, in the units of the rig       by_link/entries.py
 what to measure next                          by_link/next_experiment.py
 the result, its JSON and its sentence         by_link/result.py
 size of an effect, whichever form it has      physical_size.py
 the tests that such a size is found by        virtual_tests.py
-a rig taken apart for them                    bench.py
-the rig with the effects                      repaired_rig.py
+a rig taken apart for them, their conditions  bench.py
+the rig with the effects                      fitted_rig.py
 ============================================  ================================
 """

@@ -24,7 +24,7 @@ from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.projection import as_columns, orthonormal, project_out
-from pamsim.inference.residual_block import BlockPlace, Blocks, layout
+from pamsim.inference.simulator_fit import BlockPlace, Blocks, layout
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial

@@ -22,9 +22,8 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.bench import bench
+from pamsim.diagnosis.bench import CONDITIONS, bench
 from pamsim.diagnosis.fitted_rig import with_fitted
-from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities
 from pamsim.effects.effect import AT
 from pamsim.engine.parameter_names import ParameterName

@@ -14,9 +14,9 @@ from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.diagnosis.about_the_rig import about_the_drive
-from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.entries import (
+    chain_values,
     effect_entries,
     far_from_stated,
     link_entries,
@@ -25,8 +25,8 @@ from pamsim.diagnosis.by_link.entries import (
 )
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
+from pamsim.diagnosis.by_link.limits import nothing_material
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
-from pamsim.diagnosis.by_link.remainder import nothing_material
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import (
     WholeChain,
@@ -34,8 +34,8 @@ from pamsim.diagnosis.by_link.whole_chain import (
     slow_errors,
     whole_chain,
 )
+from pamsim.diagnosis.fitted_rig import Repair, repair
 from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero, usual_nuisance
-from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig

@@ -16,8 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.bench import Bench
-from pamsim.diagnosis.virtual_test_conditions import (
+from pamsim.diagnosis.bench import (
     CONDITIONS,
     CONTRACTION_RATE,
     FAST,
@@ -25,6 +24,7 @@ from pamsim.diagnosis.virtual_test_conditions import (
     SLOW,
     STRAIN,
     TURN,
+    Bench,
 )
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.chain import chain_length, chain_ratio, steady_extension

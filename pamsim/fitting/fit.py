@@ -18,7 +18,7 @@ from pamsim.fitting.force_map import (
 )
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.fitting.result import FitResult
-from pamsim.fitting.search_comparison import SearchRun
+from pamsim.fitting.water_cycle import SearchRun
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.recordings.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured

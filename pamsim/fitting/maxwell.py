@@ -22,7 +22,7 @@ from pamsim.core.units import FloatArray
 from pamsim.fitting.coefficients import Coefficient, held_coefficients
 from pamsim.fitting.curve_fit import fit_curve
 from pamsim.fitting.result import FittedLaw, coefficient_entries
-from pamsim.fitting.search_comparison import SearchRun, compare_searches
+from pamsim.fitting.water_cycle import SearchRun, compare_searches
 from pamsim.inference.record_checks import increasing_time
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.recordings.measured_table import ForceLoops

@@ -13,7 +13,7 @@ from pamsim.core.files import complete_file
 from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import CurveFit
 from pamsim.fitting.scores import HeldOut
-from pamsim.fitting.search_comparison import SearchRun
+from pamsim.fitting.water_cycle import SearchRun
 from pamsim.inference.estimate import Estimate, Flag
 
 SCHEMA = "pamsim-fit/2"

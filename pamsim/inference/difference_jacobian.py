@@ -10,7 +10,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
-from pamsim.inference.residual_block import BlockPlace, Simulate, layout, stacked
+from pamsim.inference.simulator_fit import BlockPlace, Simulate, layout, stacked
 
 _FORWARD = 1e-5  # step of the search's differences, in ranges: its error is far below the noise
 _CENTRAL = 1e-4  # step at the optimum; wide enough to bridge the kinks of switching valves

@@ -16,9 +16,8 @@ from pamsim.inference.bounded_least_squares import latin_hypercube
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.fit_summary import judged, summarise_fit
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.residual_block import Simulate
 from pamsim.inference.search import NEAR, RowWeights, SearchEnd, SearchState, search
-from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
+from pamsim.inference.simulator_fit import SearchProgress, Simulate, SimulatorFit
 
 _SHARPENED = 3  # times that differences are taken at the optimum
 _STRAIGHT = 0.5  # standard errors over which a Jacobian is as good as one taken after them

@@ -41,8 +41,7 @@ from pamsim.inference.coloured_noise import (
     models_by_order,
     within_limit,
 )
-from pamsim.inference.residual_block import BlockPlace
-from pamsim.inference.simulator_fit import Linearisation
+from pamsim.inference.simulator_fit import BlockPlace, Linearisation
 
 _student_quantile: Any = scipy.special.stdtrit
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz

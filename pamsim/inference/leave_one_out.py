@@ -10,9 +10,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
-from pamsim.inference.residual_block import Simulate, stacked
 from pamsim.inference.search import Priors
-from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.inference.simulator_fit import Simulate, SimulatorFit, stacked
 
 _SETTLED = 1e-3  # change of a parameter, in units of its range, at which a refit is done
 _MOST = 8  # iterations of a refit; two or three are usual

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.residual_block import BlockPlace
-from pamsim.inference.simulator_fit import NoiseSource
+from pamsim.inference.simulator_fit import BlockPlace, NoiseSource
 from pamsim.inference.trial_noise import same_rates
 
 _EXACT = 1e-6  # of the first residual; below, a channel is matched and its weight stops growing

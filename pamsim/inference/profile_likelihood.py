@@ -11,9 +11,8 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.residual_block import Simulate
 from pamsim.inference.search import RowWeights, SearchState, search
-from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.inference.simulator_fit import Simulate, SimulatorFit
 
 _CHI2 = 3.841458820694124  # 95 % point of chi-squared with one degree of freedom
 _POINTS = 4  # on each side of the optimum; a few more where the profile has to go on or to close

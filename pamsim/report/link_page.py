@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.links import in_links
 from pamsim.core.units import common_unit, to_si
-from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
+from pamsim.diagnosis.bench import CONDITIONS
 from pamsim.inference.model_comparison import DRAWN
 from pamsim.inference.row_tests import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of

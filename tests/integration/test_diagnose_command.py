@@ -9,7 +9,7 @@ import pamsim
 from pamsim.comparison.links import PARTS
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.limits import Remainder
 from pamsim.report.link_page import write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.page import PageImage

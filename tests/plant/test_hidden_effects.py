@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.virtual_test_conditions import PRESSURE
+from pamsim.diagnosis.bench import PRESSURE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from tests.plant.hidden.catalog import PLANT_EFFECTS
 from tests.plant.hidden.virtual_tests import joint_friction, muscle_loop

@@ -21,10 +21,8 @@ from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING, judged_trials, units_of
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape, learned_shape
-from pamsim.diagnosis.by_link.limits import USUAL, Limits
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.limits import USUAL, Limits, Remainder
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.sizes import Size, sharpened, sizes
 from pamsim.diagnosis.by_link.units import Units

@@ -24,8 +24,7 @@ from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.limits import ALPHA, USUAL, Limits
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes
 from pamsim.diagnosis.by_link.units import whole_trials

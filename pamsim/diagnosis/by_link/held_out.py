@@ -1,4 +1,4 @@
-"""Units that no fit has seen: what models leave of them.
+"""Units that no fit has seen: what models leave of them, and what of that repeats miss together.
 
 Which of two models predicts them better is decided by flips of the signs of whole units
 (`pamsim.inference.model_comparison`).
@@ -6,35 +6,19 @@ Which of two models predicts them better is decided by flips of the signs of who
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.links import Link
+from pamsim.comparison.repeated_misfit import repeated_misfit, shared_p_values
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.limits import USUAL, Limits
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder, remainders
+from pamsim.diagnosis.by_link.limits import USUAL, Difference, Limits, Remainder
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.units import Rows
 from pamsim.inference.model_comparison import compare_paired
-
-
-@dataclass(frozen=True, kw_only=True)
-class Difference:
-    """By how much one model predicts unseen data better than another."""
-
-    gain: float  # mean difference of their losses [noise variance]
-    p_value: float  # of none
-    limits: Limits = USUAL  # from which it is certain
-
-    @property
-    def certain(self) -> bool:
-        """Whether the model predicts better for certain."""
-        return self.p_value <= self.limits.alpha and self.gain > 0.0
 
 
 class HeldOut:
@@ -161,3 +145,34 @@ def _mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> Fl
     """Loss over those of some links that a unit measures, for each unit that does, (u,)."""
     own = np.array([losses[link] for link in losses if link in links])
     return np.nanmean(own[:, ~np.all(np.isnan(own), axis=0)], axis=0)
+
+
+def remainders(
+    rows: Mapping[Link, Sequence[Mapping[str, FloatArray]]],
+    losses: Mapping[Link, FloatArray],
+    *,
+    limits: Limits = USUAL,
+    seed: int = 0,
+) -> dict[Link, Remainder]:
+    """What a model leaves in the held-out units of every link.
+
+    Args:
+        rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
+        losses: mean square of the rows of every link in every unit, (u,).
+        limits: from which something counts.
+        seed: random seed of the sign flips.
+    """
+    misfits = {
+        link: [repeated_misfit(one) for one in groups if len(one) > 1]
+        for link, groups in rows.items()
+    }
+    repeated = {link: own for link, own in misfits.items() if own}
+    p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
+    found = {
+        link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False, limits=limits)
+        for link, loss in losses.items()
+    }
+    for (link, own), p_value in zip(repeated.items(), p_values, strict=True):
+        excess = float(np.mean([one.shared for one in own]))
+        found[link] = Remainder(excess=excess, p_value=p_value, limits=limits)
+    return found

@@ -18,7 +18,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.held_out import Difference, HeldOut
+from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judged import (
     BESIDE_OTHERS,
     EXPLAINED,
@@ -31,8 +31,8 @@ from pamsim.diagnosis.by_link.judged import (
     taken_in,
 )
 from pamsim.diagnosis.by_link.left_out import LeftOut
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.limits import Difference, Remainder
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import (
     Promise,
     left_beside,
@@ -41,7 +41,6 @@ from pamsim.diagnosis.by_link.promise import (
     seen_in,
     shares_by_link,
 )
-from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
 
 _RIVALS = 3  # effects that are fitted in the place of one

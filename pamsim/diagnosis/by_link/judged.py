@@ -30,9 +30,8 @@ from dataclasses import dataclass, field, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
-from pamsim.diagnosis.by_link.held_out import Difference
-from pamsim.diagnosis.by_link.limits import USUAL, Limits
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.limits import USUAL, Difference, Limits
+from pamsim.diagnosis.by_link.link_fit import LinkModel
 from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.criteria import TIE
 

@@ -34,8 +34,7 @@ from pamsim.diagnosis.by_link.curve_places import (
     valve_place,
 )
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units

@@ -29,11 +29,9 @@ from pamsim.comparison.candidate import INSIDE
 from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.held_out import Difference
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.limits import Difference, Remainder
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
-from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.inference.model_comparison import compare_paired
 from pamsim.inference.projection import as_columns, orthonormal, project_out
 from pamsim.inference.row_tests import UnseenRows, best_of_many_p_values, missed_together

@@ -1,7 +1,8 @@
-"""From where on something is claimed, and from where on it is worth reporting."""
+"""From where on something is claimed, or left, and from where on that is worth reporting."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
@@ -50,3 +51,62 @@ class Limits:
 
 
 USUAL = Limits()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """By how much one model predicts unseen data better than another."""
+
+    gain: float  # mean difference of their losses [noise variance]
+    p_value: float  # of none
+    limits: Limits = USUAL  # from which it is certain
+
+    @property
+    def certain(self) -> bool:
+        """Whether the model predicts better for certain."""
+        return self.p_value <= self.limits.alpha and self.gain > 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remainder:
+    """What is left in a link."""
+
+    # Mean square of what repeats miss together, in the noise's variance; may be below 0. Without
+    # repeats it is the mean square less that of the noise
+    excess: float
+    p_value: float  # of nothing being left, corrected for the number of links; 1 without repeats
+    # Whether repeats show it. Without them slow noise, and what differs from log to log, look like
+    # something that is left, and a fit that has followed them looks like nothing: neither is
+    # evidence
+    known: bool = True
+    limits: Limits = USUAL  # from which it counts
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is certain and material."""
+        return self.p_value <= self.limits.alpha and self.excess >= self.limits.least
+
+    @property
+    def certain(self) -> float:
+        """Excess that counts [noise variance]; else 0."""
+        return self.excess if self.counts else 0.0
+
+    @property
+    def uncounted(self) -> float:
+        """Excess that is too little to count, or may be noise [noise variance]; else 0."""
+        return 0.0 if self.counts else max(self.excess, 0.0)
+
+    @property
+    def undecided(self) -> bool:
+        """Whether something material is left that may be noise: no repeats decide it."""
+        return not self.known and self.excess >= self.limits.least
+
+    @property
+    def excluded(self) -> bool:
+        """Whether repeats show nothing material."""
+        return self.known and not self.counts
+
+
+def nothing_material(found: Iterable[Remainder]) -> bool:
+    """Whether no link shows anything material, neither for certain nor what may be noise."""
+    return not any(one.counts or one.undecided for one in found)

@@ -7,7 +7,7 @@ steps.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,10 @@ from pamsim.comparison.chain_runs import MIDDLE, Values, in_link
 from pamsim.comparison.links import Link
 from pamsim.comparison.rest_simulator import LinkSimulator
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
 from pamsim.inference.difference_jacobian import secant_updated
+from pamsim.inference.projection import as_columns
 
 _SEEN = 0.05
 """Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
@@ -40,6 +40,57 @@ _TOLERANCE = 1e-3  # relative change of the sum of squares that ends a descent
 _STEPS = 15  # of one descent
 _FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
 _DESCENTS = 4  # after the first
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkModel:
+    """A rig with some effects, after their fit."""
+
+    effects: tuple[Candidate, ...]  # that it has
+    # Of nuisance parameters in each link, and of the effects' parameters [SI]
+    values: Mapping[str, float]
+    # Of all links and trials, (n,) [SI]; of trials that no fit needs it is that of the rig as it is
+    residual: FloatArray
+    # Of the residual, by which it is that of shorter time steps, (n,) [SI]. Simulations about this
+    # model have the same added: long steps get right what parameters change, not what a large
+    # effect does
+    offset: FloatArray
+    rows: FloatArray  # of the fitted units, whitened, (f,)
+    # Change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,)
+    sensitivities: Mapping[str, FloatArray]
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares of the whitened rows."""
+        return float(self.rows @ self.rows)
+
+    @property
+    def criterion(self) -> float:
+        """Of two models that with the smaller is preferred (Schwarz, Annals of Statistics 6, 1978).
+
+        Every parameter of an effect costs the logarithm of the number of rows: of two formulas that
+        fit as well the one with fewer parameters is taken.
+        """
+        return self.cost + len(self.freed) * float(np.log(self.rows.size))
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the effects, with their places."""
+        return frozenset(effect.name for effect in self.effects)
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """The effects, with their forms."""
+        return frozenset(effect.label for effect in self.effects)
+
+    @property
+    def freed(self) -> frozenset[str]:
+        """Parameters of the effects."""
+        return frozenset(p.name for effect in self.effects for p in effect.parameters)
+
+    def jacobian(self) -> FloatArray:
+        """Sensitivities as columns, (f, p)."""
+        return as_columns(self.sensitivities.values(), self.rows.size)
 
 
 class LinkFitter:

@@ -13,8 +13,8 @@ import numpy as np
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.comparison.protocols import PROTOCOLS, Protocol
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
+from pamsim.diagnosis.by_link.entries import chain_values
 from pamsim.diagnosis.by_link.judged import Judged, Rival
 from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.diagnosis.fitted_rig import possible_rig

@@ -10,8 +10,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.inference.projection import as_columns, orthonormal, project_out
 
 _NONE_LEFT = 1e-8

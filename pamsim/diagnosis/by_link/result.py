@@ -20,7 +20,7 @@ from pamsim.diagnosis.by_link.effect_entry import EffectEntry, SuspectEntry
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
 from pamsim.diagnosis.by_link.limits import ALPHA, MATERIAL
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
+from pamsim.diagnosis.fitted_rig import RIG_FOLDER, Repair, write_repaired_rig
 
 SCHEMA = "pamsim-diagnosis/3"
 FILE = "diagnosis.json"
@@ -85,7 +85,7 @@ class NuisanceEntry:
     unit: str  # of the values
     stated: float  # value of the rig
     by_link: Mapping[str, float]  # link -> value there
-    whole: float  # value of the repaired rig, see `pamsim.diagnosis.by_link.chain_values`
+    whole: float  # value of the repaired rig, see `pamsim.diagnosis.by_link.entries`
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,8 +22,7 @@ from scipy.stats import t as student_t
 
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter, LinkModel
 
 _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
 

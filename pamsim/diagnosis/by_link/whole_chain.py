@@ -30,14 +30,13 @@ from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import Judged
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.limits import Remainder
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.sizes import Size, sharpened
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.rig import Rig
-from pamsim.inference.residual_block import layout
+from pamsim.inference.simulator_fit import layout
 
 _MISSED = 2.0
 """Noise floors by which the whole chain may miss a channel before it is stated: three quarters of

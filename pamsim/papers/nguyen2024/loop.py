@@ -18,8 +18,7 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.fitting.maxwell import MAXWELL, LoopPoints, maxwell_loop, maxwell_residual
-from pamsim.fitting.search_comparison import SearchRun, compare_searches
-from pamsim.fitting.water_cycle import water_cycle
+from pamsim.fitting.water_cycle import SearchRun, compare_searches, water_cycle
 from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
 from pamsim.papers.nguyen2024.geometry import (
     MILLIMETRE,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.virtual_test_conditions import PRESSURE
+from pamsim.diagnosis.bench import PRESSURE
 from tests.plant.air import orifice
 from tests.plant.hidden.hidden_effect import (
     Own,

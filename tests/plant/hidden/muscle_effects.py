@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.virtual_test_conditions import PRESSURE
+from pamsim.diagnosis.bench import PRESSURE
 from pamsim.effects.effect import SECOND_MUSCLE
 from tests.plant.hidden.hidden_effect import (
     Own,

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.virtual_test_conditions import FAST, PRESSURE, SLOW, STRAIN, TURN
+from pamsim.diagnosis.bench import FAST, PRESSURE, SLOW, STRAIN, TURN
 from tests.plant.hidden.hidden_effect import Quantities, Quantity
 from tests.plant.joint import bristle_rate, dry_level, free_torque
 from tests.plant.muscle import (

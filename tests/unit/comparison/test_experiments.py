@@ -20,8 +20,7 @@ from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.inference.noise_model import NoiseModel
-from pamsim.inference.residual_block import layout, stacked
-from pamsim.inference.simulator_fit import NoiseSource
+from pamsim.inference.simulator_fit import NoiseSource, layout, stacked
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, write_recording
 from pamsim.recordings.recording_reader import read_recordings

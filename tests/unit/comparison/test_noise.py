@@ -24,7 +24,7 @@ from pamsim.comparison.noise_floor import (
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.comparison.start_errors import start_error
 from pamsim.engine.rig import load_rig
-from pamsim.inference.residual_block import ResidualBlock, layout
+from pamsim.inference.simulator_fit import ResidualBlock, layout
 from pamsim.recordings.stated_noise import StatedNoise
 from tests.unit.inference.closed_form_rigs import coloured
 from tests.unit.recordings.made_trial import made_trial

@@ -7,10 +7,9 @@ import pytest
 
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
-from pamsim.diagnosis.bench import bench
+from pamsim.diagnosis.bench import CONDITIONS, bench
 from pamsim.diagnosis.fitted_rig import PULLEY, pulleys
 from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
-from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter

@@ -10,7 +10,7 @@ import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.repaired_rig import check_folder, repair, write_repaired_rig
+from pamsim.diagnosis.fitted_rig import check_folder, repair, write_repaired_rig
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
 

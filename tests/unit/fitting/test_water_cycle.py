@@ -11,8 +11,7 @@ from pamsim.fitting.maxwell import (
     maxwell_loop,
     maxwell_residual,
 )
-from pamsim.fitting.search_comparison import compare_searches
-from pamsim.fitting.water_cycle import _shares, water_cycle
+from pamsim.fitting.water_cycle import _shares, compare_searches, water_cycle
 from tests.unit.core.refusals import all_refused
 
 LOW, HIGH = [c.low for c in MAXWELL], [c.high for c in MAXWELL]

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.residual_block import ResidualBlock
+from pamsim.inference.simulator_fit import ResidualBlock
 
 TIME = np.arange(100) / 40.0
 TRUTH = np.array([2.0, 1.5])

@@ -18,7 +18,7 @@ from pamsim.inference.coloured_noise import LONGEST_MEMORY, ArNoise, fit_ar_nois
 from pamsim.inference.criteria import aicc_above_best, hannan_quinn
 from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_scatter
 from pamsim.inference.record_checks import uniform_interval
-from pamsim.inference.residual_block import ResidualBlock, layout
+from pamsim.inference.simulator_fit import ResidualBlock, layout
 from pamsim.inference.trial_noise import fit_trial_noise, same_rates
 from tests.unit.identification.planted import coloured, fractional
 

@@ -13,8 +13,8 @@ from pamsim.diagnosis.by_link.result import (
     Run,
 )
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.fitted_rig import repair
 from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.diagnosis.repaired_rig import repair
 from pamsim.engine.rig import load_rig
 
 ARM = load_rig("mas20_arm")

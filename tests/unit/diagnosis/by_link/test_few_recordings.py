@@ -9,8 +9,7 @@ from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.diagnose_links import evidence_notes
 from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
 from pamsim.diagnosis.by_link.limits import USUAL
-from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried
-from tests.unit.diagnosis.by_link.toy_log import ToyLog
+from tests.unit.diagnosis.by_link.toy_chain import ToyChain, ToyLog, diagnosed, tried
 
 EFFECTS = tried("valve_delay", "air_leak", "passive_stiffness", "added_inertia")
 DELAY, STIFFNESS = 8e-3, 1.15 * 9237.0

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown, taken_in
+from pamsim.diagnosis.by_link.limits import Difference, Remainder
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
-from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,

@@ -7,9 +7,16 @@ import pytest
 from scipy.stats import chi2
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.by_link.held_out import Difference, HeldOut
-from pamsim.diagnosis.by_link.limits import ALPHA, LEAST, MATERIAL, USUAL, Limits
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.limits import (
+    ALPHA,
+    LEAST,
+    MATERIAL,
+    USUAL,
+    Difference,
+    Limits,
+    Remainder,
+)
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.options import AS_USUAL, Options
 from tests.unit.diagnosis.by_link.test_judge import judged

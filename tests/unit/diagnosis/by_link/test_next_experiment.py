@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.diagnosis.by_link.limits import Remainder
 from pamsim.diagnosis.by_link.next_experiment import MENU, next_experiment
-from pamsim.diagnosis.by_link.remainder import Remainder
 from tests.unit.diagnosis.by_link.toy_chain import ARM, tried
 
 AIR, REST = Link((VALVES,)), Link((MUSCLE, JOINT))

@@ -10,10 +10,9 @@ import pytest
 import pamsim
 from pamsim.comparison.effects_on_rig import candidate, rig_effect
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
-from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SuspectEntry
-from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
-from pamsim.diagnosis.by_link.remainder import Remainder, nothing_material
+from pamsim.diagnosis.by_link.entries import chain_values, far_from_stated, suspect_entries
+from pamsim.diagnosis.by_link.limits import Remainder, nothing_material
 from pamsim.diagnosis.by_link.result import RowEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap, misses_more, slow_errors

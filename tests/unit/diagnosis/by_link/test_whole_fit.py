@@ -9,7 +9,7 @@ from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.links import VALVES, Link, whole_run
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.repeats import repeats
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.limits import Remainder
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.diagnosis.by_link.whole_chain import (
