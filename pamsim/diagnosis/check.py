@@ -43,20 +43,13 @@ _TOO_QUICK = "at its typical size the simulation needs a shorter time step, or b
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedChannel:
-    """A channel of all trials.
+    """A channel of all trials."""
 
-    Attributes:
-        unit: of the numbers.
-        low, high: extreme readings.
-        floor: standard deviation of its noise, as repeats or one trial show it.
-        missed: root mean square that the rig misses as it is.
-    """
-
-    unit: str
-    low: float
-    high: float
-    floor: float
-    missed: float
+    unit: str  # of the numbers
+    low: float  # least reading
+    high: float  # largest reading
+    floor: float  # standard deviation of its noise, as repeats or one trial show it
+    missed: float  # root mean square that the rig misses as it is
 
 
 @dataclass(frozen=True, kw_only=True)

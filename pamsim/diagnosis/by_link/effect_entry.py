@@ -16,19 +16,12 @@ from pamsim.effects.catalog import FAMILIES
 
 @dataclass(frozen=True, kw_only=True)
 class SizeEntry:
-    """A parameter of an effect.
-
-    Attributes:
-        value, interval95: in ``unit``, that of the rig's file; infinite ends where it is not known.
-        unit: of both.
-        value_si, interval95_si: the same in ``unit_si``.
-        unit_si: SI unit.
-    """
+    """A parameter of an effect; the ends of its intervals are infinite where it is not known."""
 
     value: float
     interval95: tuple[float, float]
-    unit: str
-    value_si: float
+    unit: str  # of both, that of the rig's file
+    value_si: float  # the same in SI units
     interval95_si: tuple[float, float]
     unit_si: str
 
