@@ -126,8 +126,8 @@ def diagnose_links(
     refuse_unjudged(fitter)
     searched = search(fitter, candidates, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
-    model, effects = judge(fitter, searched, unseen, steps=steps)
-    sure = claimed(fitter, searched, model, effects)
+    model, effects = judge(searched, unseen)
+    sure = claimed(searched, model, effects)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     left, unexplained, whole = unseen.remainders(model), unseen.remainders(sure), None
     suspected = () if effects else searched.model.effects

@@ -148,9 +148,9 @@ def diagnose_rest(
         exact_at = {plain(name): value for name, value in best.values.items()}
     assert searched is not None
     near = nearest_units(fitter.simulator.inputs)
-    unseen = LeftOut(fitter, searched.known, near, seed=seed)
-    model, effects = judge(fitter, searched, unseen, steps=steps)
-    sure = claimed(fitter, searched, model, effects)
+    unseen = LeftOut(fitter, searched.tried.known, near, seed=seed)
+    model, effects = judge(searched, unseen)
+    sure = claimed(searched, model, effects)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     return RestDiagnosis(
         links=fitter.simulator.links,

@@ -9,15 +9,13 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
-from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judged import (
     BESIDE_OTHERS,
@@ -34,14 +32,12 @@ from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.limits import Difference, Remainder
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import (
-    Promise,
     left_beside,
     of_families,
     promises,
-    seen_in,
     shares_by_link,
 )
-from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
+from pamsim.diagnosis.by_link.search import CONTENDS, Searched, Tried
 
 _RIVALS = 3  # effects that are fitted in the place of one
 
@@ -50,23 +46,20 @@ _RIVALS = 3  # effects that are fitted in the place of one
 class Case:
     """What stays the same through a judgement."""
 
-    fitter: LinkFitter
     searched: Searched
     unseen: HeldOut | LeftOut
     # Mean square that the rig without effects leaves in every link [noise variance]
     before: Mapping[Link, float]
-    steps: Steps
 
-    def seen_in(self, effect: Candidate) -> frozenset[Link]:
-        """Links in which an effect is seen."""
-        return seen_in(self.fitter, self.searched.known, effect.name)
+    @property
+    def tried(self) -> Tried:
+        """What the search has tried."""
+        return self.searched.tried
 
-    def best_fits(
-        self, rest: LinkModel, found: Sequence[Promise], one: Needed, **limits: Any
-    ) -> list[LinkModel]:
-        """As a search fits them (`pamsim.diagnosis.by_link.search.best_fits`), in these links."""
-        known, links = self.searched.known, one.links
-        return best_fits(self.fitter, rest, found, known, links=links, steps=self.steps, **limits)
+    @property
+    def fitter(self) -> LinkFitter:
+        """Of the rows that are fitted."""
+        return self.tried.fitter
 
 
 @dataclass(frozen=True)
@@ -85,13 +78,7 @@ class Needed:
         return any(left[link].counts for link in self.links)
 
 
-def judge(
-    fitter: LinkFitter,
-    searched: Searched,
-    unseen: HeldOut | LeftOut,
-    *,
-    steps: Steps,
-) -> tuple[LinkModel, tuple[Judged, ...]]:
+def judge(searched: Searched, unseen: HeldOut | LeftOut) -> tuple[LinkModel, tuple[Judged, ...]]:
     """Judge every effect of a model; what is not there is taken out.
 
     A rival that fits better than an effect, and predicts no worse, takes its place, and all are
@@ -99,7 +86,7 @@ def judge(
     such as a lag of two sensors in the place of one of the command. The effects that are left are
     in the order of their gain.
     """
-    case = Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), steps)
+    case = Case(searched, unseen, unseen.beyond_noise(searched.base))
     model, seen = searched.model, set[frozenset[str]]()
     while True:
         model, rests = needed_effects(case, model)
@@ -125,7 +112,7 @@ def judge(
             ]
             if preferred:
                 best = min(preferred, key=lambda other: other.criterion)
-                model = fitter.everywhere(best)
+                model = case.fitter.everywhere(best)
                 break
             judged.append(_judged(case, model, one, rests, rivals, left, unexplained))
         else:
@@ -139,9 +126,7 @@ def judge(
             )
 
 
-def claimed(
-    fitter: LinkFitter, searched: Searched, model: LinkModel, effects: Collection[Judged]
-) -> LinkModel:
+def claimed(searched: Searched, model: LinkModel, effects: Collection[Judged]) -> LinkModel:
     """A model without the effects of which not even the place is certain: those explain nothing.
 
     Without any that is certain it is the search's base: parameters that were refitted beside an
@@ -151,8 +136,8 @@ def claimed(
         return searched.base
     for one in effects:
         if not one.level():
-            model = without(fitter, model, one.effect, searched.known) or model
-    return fitter.everywhere(model)
+            model = searched.tried.without(model, one.effect) or model
+    return searched.tried.fitter.everywhere(model)
 
 
 def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -> dict[Link, float]:
@@ -163,7 +148,7 @@ def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -
     little is known of its cause. All is left of a link that no fitted trial measures.
     """
     fitter = case.fitter
-    formulas = of_families(model, case.searched.known)
+    formulas = of_families(model, case.tried.known)
     with_them, without_them = (
         np.clip(fitter.by_link(left_beside(model, forms) ** 2) - fitter.counts, 0.0, None)
         + np.sqrt(2.0 * np.maximum(fitter.counts, 1.0))
@@ -185,7 +170,7 @@ def _judged(
     left: Mapping[Link, Remainder],
     unexplained: Mapping[Link, float],
 ) -> Judged:
-    shares = shares_by_link(case.fitter, case.searched.known, one.effect.name)
+    shares = shares_by_link(case.fitter, case.tried.known, one.effect.name)
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     # In their order, not a set's, which changes from run to run: so do the last bits of sums.
     links = [link for link in case.fitter.simulator.links if link in one.links]
@@ -234,10 +219,10 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
         idle: list[Needed] = []
         own = unseen.losses(model)
         for effect in model.effects:
-            rest = without(fitter, model, effect, case.searched.known)
+            rest = case.tried.without(model, effect)
             if rest is None:
                 continue
-            links = case.seen_in(effect)
+            links = case.tried.seen_in(effect.name)
             before = float(np.mean([size for link, size in case.before.items() if link in links]))
             more = unseen.losses(rest)
             falls = {k: float(np.mean(more[k]) - np.mean(own[k])) for k in own.keys() & links}
@@ -300,14 +285,14 @@ def pairs_of_effects(
         return []
     found: list[LinkModel] = []
     for rival in rivals:
-        _, promised = promises(rival, case.searched.known)
+        _, promised = promises(rival, case.tried.known)
         others = [
             p
             for p in promised
-            if p.effect.name != one.effect.name and case.seen_in(p.effect) & one.links
+            if p.effect.name != one.effect.name and case.tried.seen_in(p.effect.name) & one.links
         ]
         least = CONTENDS * (rival.cost - model.cost)
-        found += case.best_fits(rival, others, one, most=1, forms=1, least=least)
+        found += case.tried.best_fits(rival, others, most=1, forms=1, least=least, links=one.links)
     return found
 
 
@@ -320,14 +305,14 @@ def rival_fits(
     of first order, and that of a form which fits far from the rig as it is may be small.
     """
     effect = one.effect
-    _, found = promises(one.rest, case.searched.known)
+    _, found = promises(one.rest, case.tried.known)
     own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
     others = [
         p
         for p in found
         if p.effect.name not in model.names - {effect.name}
         and p.effect.label != effect.label
-        and case.seen_in(p.effect) & one.links
+        and case.tried.seen_in(p.effect.name) & one.links
     ]
     family = [p for p in others if p.effect.family == effect.family]
     least = CONTENDS * own
@@ -341,5 +326,7 @@ def rival_fits(
     return [
         fit
         for some, most, forms, promised in kinds
-        for fit in case.best_fits(one.rest, some, one, most=most, forms=forms, least=promised)
+        for fit in case.tried.best_fits(
+            one.rest, some, most=most, forms=forms, least=promised, links=one.links
+        )
     ]

@@ -11,7 +11,7 @@ from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_f
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown, taken_in
 from pamsim.diagnosis.by_link.limits import Difference, Remainder
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
-from pamsim.diagnosis.by_link.search import best_fits
+from pamsim.diagnosis.by_link.search import Tried
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
     ARMLINK,
@@ -167,7 +167,7 @@ def test_a_fit_that_ends_worse_than_without_the_effect_begins_again_nearer():
     signature = Signature(effect=FRICTION, probe=probe, rows=rows)
     promise = Promise(signature=signature, gain=4.0, factor=2.0, rows=rows)
     model = SimpleNamespace(cost=100.0, effects=())
-    (fit,) = best_fits(Fitter(), model, [promise], [signature], steps=STEPS)
+    (fit,) = Tried(Fitter(), STEPS, [signature]).best_fits(model, [promise])
     (neutral,) = FRICTION.neutral.values()
     assert fit.cost == 50.0
     assert begun[1] - neutral == pytest.approx(0.1 * (begun[0] - neutral))
@@ -184,8 +184,8 @@ def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
     known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in effects])
     fitted = []
     steps = Steps(lambda done, most, what: fitted.append(what), 1)
-    searched, links = SimpleNamespace(known=known), frozenset([AIR])
-    case = Case(fitter, searched, None, {}, steps)
+    searched, links = SimpleNamespace(tried=Tried(fitter, steps, known)), frozenset([AIR])
+    case = Case(searched, None, {})
     one = Needed(delay, links, fitter.stated, 0.0, None, {})
     left = {AIR: SimpleNamespace(counts=more)}
     rival_fits(case, fitter.stated, one, left)

@@ -79,15 +79,15 @@ def test_an_effect_whose_place_is_not_certain_explains_nothing():
     chain = ToyChain(EFFECTS, {"valve.delay": DELAY, "passive.stiffness": STIFFNESS})
     fitter = fitter_of(chain)
     searched, unseen = search(fitter, EFFECTS, steps=STEPS), HeldOut(fitter)
-    model, found = judge.judge(fitter, searched, unseen, steps=STEPS)
+    model, found = judge.judge(searched, unseen)
     unsure = [replace(o, p_value=1.0) if o.effect.name == "valve_delay" else o for o in found]
-    left = unseen.remainders(judge.claimed(fitter, searched, model, unsure))
+    left = unseen.remainders(judge.claimed(searched, model, unsure))
     assert left[AIR].counts
     assert not left[ARMLINK].counts
-    left = unseen.remainders(judge.claimed(fitter, searched, model, found))
+    left = unseen.remainders(judge.claimed(searched, model, found))
     assert not left[AIR].counts
     none = [replace(one, p_value=1.0) for one in found]
-    assert judge.claimed(fitter, searched, model, none) is searched.base
+    assert judge.claimed(searched, model, none) is searched.base
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ def test_all_forms_are_known_where_more_is_left_than_the_usual_ones_take_away():
     for bent in (0.0, 2.0):
         chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
         found = search(fitter_of(chain), EFFECTS, steps=STEPS)
-        known = {signature.effect.label for signature in found.known}
+        known = {signature.effect.label for signature in found.tried.known}
         assert ("line_lag:limited_rate" in known) == (bent > 0.0)
 
 
@@ -192,7 +192,7 @@ class Resembling(ToyChain):
 def test_a_number_of_the_rig_that_explains_an_effect_as_well_is_found(otherwise, explained):
     fitter = fitter_of(Resembling(otherwise))
     searched, unseen = search(fitter, EFFECTS, steps=STEPS), HeldOut(fitter)
-    case = judge.Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), STEPS)
+    case = judge.Case(searched, unseen, unseen.beyond_noise(searched.base))
     model, (one,) = judge.needed_effects(case, searched.model)
     found = judge.number_instead(case, model, one)
     assert (found is not None) == explained

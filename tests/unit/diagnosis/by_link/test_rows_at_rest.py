@@ -116,7 +116,7 @@ def test_losses_of_rows_left_out_are_those_of_refits():
     angle = measured(TABLE, {"lock": 1.5}, noise=1e-3)
     fitter = RestFitter(simulator(TABLE, angle), ["gain"])
     searched = search(fitter, [LOCK], steps=Steps(None, 1))
-    unseen = LeftOut(fitter, searched.known, nearest_units(fitter.simulator.inputs))
+    unseen = LeftOut(fitter, searched.tried.known, nearest_units(fitter.simulator.inputs))
     ((_, losses),) = unseen.losses(searched.model).items()
     jacobian = searched.model.jacobian()
     for i in range(TABLE.step.size):

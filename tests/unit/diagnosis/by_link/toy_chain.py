@@ -149,7 +149,7 @@ def diagnosed(chain, effects, limits=USUAL):
     """Fitter, and what is found: name -> judged effect."""
     fitter = fitter_of(chain, limits)
     searched = search(fitter, effects, steps=STEPS)
-    model, found = judge(fitter, searched, HeldOut(fitter), steps=STEPS)
+    model, found = judge(searched, HeldOut(fitter))
     return fitter, model, {one.effect.name: one for one in found}
 
 
