@@ -11,14 +11,6 @@ import pytest
 from pamsim.core.errors import InputError
 
 
-def cases(table: Mapping[str, Any]) -> list[Any]:
-    """Rows of a table, one argument or a tuple of several, as parameters named by their keys."""
-    return [
-        pytest.param(*(row if isinstance(row, tuple) else (row,)), id=name)
-        for name, row in table.items()
-    ]
-
-
 def all_refused(table: Mapping[str, tuple[Any, ...]], call: Callable[..., Any], *always: str):
     """Each row, arguments and then a word or words, is refused by the call in one line."""
     for name, (*given, words) in table.items():
