@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
-from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.muscle import Muscle
 from pamsim.physics.passive import FirstStroke, Softening
 from pamsim.physics.record import slot
 from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
-from tests.unit.physics.muscles import KINDS, LOOPS, make
+from tests.unit.physics.muscles import KINDS, LOOPS, bellows, make
 
 WORLDS = 12
 DOUBLE_ONLY = {"pleated_shape", "arctangent"}
@@ -43,19 +42,7 @@ def variants(law: str, loop: str) -> Muscle:
     )
 
 
-def pushing() -> Muscle:
-    """An actuator of the one law whose force may push."""
-    own = make()
-    return Muscle(
-        mounting=Mounting(length_at_zero=0.08),
-        stroke=Stroke(nominal_length=0.1, damping=12.0),
-        force=EffectiveArea(scale=1.1, area=5e-4, stiffness=300.0),
-        chamber=dataclasses.replace(own.chamber, dead_volume=3e-5),
-        valve=own.valve,
-    )
-
-
-MUSCLES = {f"{law}-{loop}": variants(law, loop) for law, loop in KINDS} | {"pushing": pushing()}
+MUSCLES = {f"{law}-{loop}": variants(law, loop) for law, loop in KINDS} | {"pushing": bellows()}
 IN_SINGLE = [name for name in MUSCLES if not set(name.split("-")) & DOUBLE_ONLY]
 
 

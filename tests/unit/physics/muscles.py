@@ -9,6 +9,7 @@ from pamsim.core.parameters import ParameterGroup
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
+from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.force_laws.exponential import (
     InvertibleExponential,
     SinglePressureExponential,
@@ -128,6 +129,19 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             bristle_time=1e-3,
         ),
         "command": "valve",
+    }
+    return Muscle(**(groups | changes))
+
+
+def bellows(scale: float = 1.1, **changes: Any) -> Muscle:
+    """An actuator of the one law whose force may push."""
+    own = make()
+    groups: dict[str, Any] = {
+        "mounting": Mounting(length_at_zero=0.08),
+        "stroke": Stroke(nominal_length=0.1, damping=12.0),
+        "force": EffectiveArea(scale=scale, area=5e-4, stiffness=300.0),
+        "chamber": dataclasses.replace(own.chamber, dead_volume=3e-5),
+        "valve": own.valve,
     }
     return Muscle(**(groups | changes))
 

@@ -10,10 +10,9 @@ import pytest
 import pamsim
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
+from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.friction import dry_friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import COMMON, pack
 from pamsim.physics.step_limits import bristle_stiffness
 from tests.unit.core.refusals import refused
@@ -23,9 +22,9 @@ from tests.unit.physics.flat import (
     parameter_slot,
     static_muscle,
 )
-from tests.unit.physics.muscles import make
+from tests.unit.physics.muscles import bellows, make
 
-AREA, STIFFNESS, FREE, DAMPING, MASS, DEAD = 5e-4, 300.0, 0.10, 12.0, 0.4, 3e-5
+AREA, STIFFNESS, FREE, DAMPING, MASS = 5e-4, 300.0, 0.10, 12.0, 0.4
 GRAVITY = 9.81
 MJCF = """<mujoco><option timestep="0.0005" integrator="implicitfast"/>
   <default><geom mass="0" contype="0" conaffinity="0" size="0.01"/></default>
@@ -63,18 +62,6 @@ supply_pressure = { value = 200, unit = "kPa", source = "assumed" }
 """
 
 
-def bellows(scale=1.0, **changes) -> Muscle:
-    own = make()
-    groups = {
-        "mounting": Mounting(length_at_zero=0.08),
-        "stroke": Stroke(nominal_length=FREE, damping=DAMPING),
-        "force": EffectiveArea(scale=scale, area=AREA, stiffness=STIFFNESS),
-        "chamber": dataclasses.replace(own.chamber, dead_volume=DEAD),
-        "valve": own.valve,
-    }
-    return Muscle(**(groups | changes))
-
-
 def lift(folder, text=PARAMS):
     (folder / "lift.xml").write_text(MJCF, encoding="utf-8")
     (folder / "params.toml").write_text(text, encoding="utf-8")
@@ -82,7 +69,7 @@ def lift(folder, text=PARAMS):
 
 
 def test_it_pushes_with_the_pressure_on_its_area_less_spring_and_damper():
-    row = pack(bellows()).tolist()
+    row = pack(bellows(1.0)).tolist()
     act = [0.0] * COMMON
     for stroke, pressure in ((0.06, 2e4), (0.13, 5e4), (0.1, -2e4)):
         tendon = stroke - 0.08
@@ -95,7 +82,7 @@ def test_it_pushes_with_the_pressure_on_its_area_less_spring_and_damper():
 
 def test_it_alone_pushes_and_has_no_names_without_meaning():
     assert [name for name, law in FORCE_LAWS.items() if law.pushes] == ["effective_area"]
-    muscle, actuator = make(), bellows()
+    muscle, actuator = make(), bellows(1.0)
     row = pack(muscle).tolist()
     slack = muscle.braided.nominal_length * 0.5 - muscle.mounting.length_at_zero
     force = static_muscle.static_force(row, slack, 1e5)
@@ -106,7 +93,7 @@ def test_it_alone_pushes_and_has_no_names_without_meaning():
     with refused("no muscle parameter"):
         parameter_slot(muscle, "stroke.damping")
     with refused("needs a stroke"):
-        bellows(braid=muscle.braid)
+        bellows(1.0, braid=muscle.braid)
     with refused("needs a braid"):
         make(stroke=Stroke(nominal_length=0.1))
 
@@ -114,14 +101,14 @@ def test_it_alone_pushes_and_has_no_names_without_meaning():
 def test_its_friction_and_its_hysteresis_grow_with_its_push():
     """Compressed it pushes more than at rest, as whatever loses energy does."""
     friction = dataclasses.replace(make().friction, tension_share=0.1)
-    push = bellows(friction=friction)
+    push = bellows(1.0, friction=friction)
     weak, strong = (bristle_stiffness(push, 0.02, pressure) for pressure in (1e4, 1e5))
     more = 0.1 * AREA * 9e4 / friction.presliding
     assert strong - weak == pytest.approx(more, rel=1e-9)
     pushed, pulled = (dry_friction(friction, 0.0, pull, 0.1, 1.0) for pull in (-30.0, 30.0))
     assert pushed == pulled > 0.0
     loop = BoucWen(yield_contraction=0.005, sigma=0.5, sharpness=1.0, force_share=0.1)
-    row = pack(bellows(hysteresis=loop)).tolist()
+    row = pack(bellows(1.0, hysteresis=loop)).tolist()
     at_rest = [0.0] * (COMMON + 1)
     at_rest[-1] = charged_air_state(row, at_rest, 0.02, 5e4)
     free, held = (kernel.tension(row, [z, *at_rest[1:]], 0.02) for z in (0.0, 0.8))

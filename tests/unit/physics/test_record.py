@@ -10,10 +10,8 @@ import pytest
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import (
     COMMON,
     SIGNATURE,
@@ -35,16 +33,9 @@ from pamsim.physics.record import (
 )
 from pamsim.physics.valves import COMMANDS
 from tests.unit.core.refusals import refused
-from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, make
+from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, bellows, make
 
-PUSHING = Muscle(
-    mounting=Mounting(length_at_zero=0.08),
-    stroke=Stroke(nominal_length=0.1, damping=12.0),
-    force=EffectiveArea(scale=0.9, area=5e-4, stiffness=300.0),
-    hysteresis=BoucWen(yield_contraction=0.02, force=3.0),
-    chamber=make().chamber,
-    valve=make().valve,
-)
+PUSHING = bellows(hysteresis=BoucWen(yield_contraction=0.02, force=3.0))
 MUSCLES = {
     "-".join(kind): make(*kind, command=COMMANDS[i % len(COMMANDS)]) for i, kind in enumerate(KINDS)
 } | {"pushing": PUSHING}

@@ -22,20 +22,11 @@ from pamsim.physics.chosen_law import (
     operator_rates,
 )
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import parameters
-from tests.unit.physics.muscles import FORCES, LOOPS, make
+from tests.unit.physics.muscles import FORCES, LOOPS, bellows, make
 
-MUSCLES = {law: make(law) for law in FORCES}
-MUSCLES["effective_area"] = Muscle(
-    mounting=Mounting(length_at_zero=0.08),
-    stroke=Stroke(nominal_length=0.1, damping=12.0),
-    force=EffectiveArea(scale=1.0, area=5e-4, stiffness=300.0),
-    chamber=make().chamber,
-    valve=make().valve,
-)
+MUSCLES = {law: make(law) for law in FORCES} | {"effective_area": bellows()}
 PLACES = (0.06, 0.1, 0.16)
 
 
