@@ -117,15 +117,8 @@ def pressure_rate(
     """Rates of absolute pressure [Pa/s] and temperature [K/s] of a muscle's air.
 
     By the polytropic law, or, with a ``heat_time``, by the balance of energy of air that exchanges
-    heat with walls at the rig's temperature.
-
-    Args:
-        m: numbers of the muscle.
-        inside: absolute pressure [Pa].
-        space: volume [m^3] and its change with pressure [m^3/Pa].
-        swept: rate of the volume at a held pressure [m^3/s].
-        warmth: temperature of the air [K].
-        into: flow into the muscle, and ``out`` of it [kg/s].
+    heat with walls at the rig's temperature. Of an absolute pressure [Pa], a volume [m^3] and its
+    change with pressure [m^3/Pa], the rate at which it is swept [m^3/s], and flows [kg/s].
     """
     volume, by_pressure = space
     if m.heat_time == 0.0:

@@ -87,21 +87,9 @@ def hide(
 ) -> SyntheticRecording:
     """Simulate recordings of the independent plant of a rig in which effects are hidden.
 
-    Args:
-        rig: as `pamsim.hide` takes it.
-        effects: name -> size in units of the effect's typical one; names of the library, or of
-            `tests.plant.hidden`.
-        progress: called as each trial is simulated.
-        options: fields of `PlantSettings`; of no protocols, all `INPUTS`.
-
-    Returns:
-        The recordings and the ground truth. Of an effect by another formula the parameters are
-        those of the library that mean the same size.
-
-    Raises:
-        InputError: as `pamsim.hide`; for a rig that the plant cannot have, an effect without
-            another formula, or a size without meaning.
-        SimulationError: if the plant breaks down.
+    As `pamsim.hide`, of effects of the library or of `tests.plant.hidden`, with options that are
+    fields of `PlantSettings`; of no protocols, all `INPUTS`. Parameters of an effect by another
+    formula are those of the library that mean the same size.
     """
     settings = PlantSettings(**options)
     base = rig if isinstance(rig, Rig) else load_rig(rig)

@@ -2,7 +2,7 @@
 
 Such instants are the arrival of a command, and, with friction that sticks, those at which the joint
 comes to a stop or breaks loose. Both are located within a step, which is then taken in parts, so
-that a joint that sticks does not move at all. Arguments are those of `sampled` and `write_rates`.
+that a joint that sticks does not move at all. Arguments are those of `sampled`.
 """
 
 from __future__ import annotations

@@ -93,20 +93,10 @@ def shift_rate(j: Record, muscles: Record, shift: float, tensions: FloatArray) -
 def write_rates(
     j, muscles, plays, states, time, commands, by_pressure, direction, stuck, work, rates
 ) -> None:
-    """Write the rates of all states.
+    """Write the rates of all states [1/s], of commands that have arrived.
 
-    Args:
-        j: numbers of the joint.
-        muscles: (m,) numbers of the muscles.
-        plays: (m, PLAYS) positions of the play operators.
-        states: of the plant.
-        time: since the start of the trial [s].
-        commands: (m,) that have arrived: set points [Pa] or openings [-].
-        by_pressure: whether they are set points.
-        direction: in which the joint slips against friction that sticks; 0 without any.
-        stuck: whether it sticks.
-        work: (3, m) overwritten: tensions [N], openings [-], absolute pressures [Pa].
-        rates: written [1/s].
+    The joint sticks, or slips in a direction against friction that sticks, 0 without any; ``work``
+    is overwritten: (3, m) tensions [N], openings [-], absolute pressures [Pa].
     """
     tensions, openings, pressures = work[0], work[1], work[2]
     all_tensions(muscles, plays, states, time, tensions)

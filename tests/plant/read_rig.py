@@ -45,9 +45,6 @@ def read_rig(rig: Rig, load: float) -> Numbers:
     """Numbers of a rig under a load.
 
     The rig has one hinge that all its moving bodies turn about, and muscles on fixed tendons.
-
-    Raises:
-        InputError: if the rig has another joint, tendon or law than the plant.
     """
     model = rig.model_for(load=load)
     if model.njnt != 1 or int(model.jnt_type[0]) != _HINGE:

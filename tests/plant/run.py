@@ -71,18 +71,8 @@ def run(
     """Run an experiment, from rest at its start pressures.
 
     The plant first holds the start pressures by its regulator, its relaxing branches free and
-    without a dead zone, as a rig that has long been at rest at these pressures.
-
-    Args:
-        numbers: of the plant, for the experiment's load.
-        experiment: by pressures or valves.
-        rig: name for the recording, as those of ``joint`` and ``muscles``.
-        timing: what delays commands in addition to the rig's own delay.
-        step: longest step of the integrator [s].
-
-    Raises:
-        InputError: for a command by pulses.
-        SimulationError: if a signal is not finite.
+    without a dead zone, as a rig that has long been at rest at these pressures. Names are for the
+    recording; a timing delays commands beside the rig's own delay.
     """
     if experiment.drive not in ("valve", "pressure_set"):
         raise InputError("the independent plant takes pressures and valve openings, not pulses")

@@ -16,11 +16,7 @@ PLANT_EFFECTS: dict[str, PlantEffect] = {
 
 
 def other_formula(name: str) -> PlantEffect:
-    """A hidden effect by its own name, or the first that formulates a library effect differently.
-
-    Raises:
-        InputError: if no effect has that name, or the library's effect has no other formula.
-    """
+    """A hidden effect by its name, or the first that has a library effect by another formula."""
     if name in PLANT_EFFECTS:
         return PLANT_EFFECTS[name]
     name = name.partition(":")[0]

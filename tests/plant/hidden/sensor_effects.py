@@ -33,13 +33,7 @@ _PHASE = 1.0
 
 
 def behind(time: FloatArray, signal: FloatArray, *lags: float) -> FloatArray:
-    """A signal behind lags in series, at rest before its first sample.
-
-    Args:
-        time: (n,) uniform [s].
-        signal: (n,) or (n, m).
-        lags: time constants [s].
-    """
+    """A signal (n,) or (n, m) behind lags in series [s], at rest before its first sample."""
     below = np.array([1.0])
     for lag in lags:
         below = np.polymul(below, [lag, 1.0])
