@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import shutil
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, effect
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
+from pamsim.engine.rig import _compiled
 from pamsim.recordings.sensors import distorted
 
 ALL = [form for forms in FORMS.values() for form in forms]
@@ -151,20 +151,9 @@ def test_names_stand_for_the_rig_s_own_parts(rig):
         effect("air_lek")
 
 
-@pytest.fixture
-def without_hysteresis(rig, tmp_path):
-    """A rig folder whose file states no hysteresis."""
-    folder = tmp_path / "bare"
-    shutil.copytree(rig.file.folder, folder)
-    stated = (folder / "params.toml").read_text()
-    before, rest = stated.split("[muscle.hysteresis]")
-    (folder / "params.toml").write_text(before + rest[rest.index("\n[") :])
-    return pamsim.load_rig(folder)
-
-
-def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
-    rig, trials, without_hysteresis
-):
+def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(rig, trials):
+    muscle = {name: group for name, group in rig.file.muscle.items() if name != "hysteresis"}
+    without_hysteresis = _compiled(dataclasses.replace(rig.file, muscle=muscle))
     found, skipped = candidates(without_hysteresis, ["muscle_hysteresis"])
     assert not skipped
     assert [one.effect for one in found] == list(FORMS["muscle_hysteresis"])
@@ -180,26 +169,11 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
     assert max(moved) > np.radians(0.1)
 
 
-def test_forms_that_name_what_an_operator_has_not_are_skipped_with_the_reason(rig, tmp_path):
-    folder = tmp_path / "grid"
-    shutil.copytree(rig.file.folder, folder)
-    path = folder / "params.toml"
-    kept = [
-        line for line in path.read_text().splitlines() if not line.startswith("yield_contraction")
-    ]
-    law = 'law = "bouc_wen"'
-    other_law = """law = "maxwell_slip"
-elements = { value = 4, unit = "1", source = "assumed" }
-full_slip = { value = 0.04, unit = "1", source = "assumed" }
-decay = { value = 0.7, unit = "1", source = "assumed" }"""
-    assert law in kept
-    path.write_text("\n".join(kept).replace(law, other_law))
-    other = pamsim.load_rig(folder)
+def test_forms_that_name_what_an_operator_has_not_are_skipped_with_the_reason(rig):
+    other = rig.with_operator("maxwell_slip")
     found, skipped = candidates(other, ["muscle_hysteresis"])
-    assert ([one.effect.form for one in found], skipped) == (
-        ["bouc_wen", "maxwell_slip", "constant", "asymmetric"],
-        {},
-    )
+    forms = ["bouc_wen", "maxwell_slip", "constant", "asymmetric"]
+    assert ([one.effect.form for one in found], skipped) == (forms, {})
     _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])
     (reason,) = skipped.values()
     assert "hysteresis.yield_contraction" in reason

@@ -146,15 +146,6 @@ def test_an_empty_batch_is_empty_and_bad_ones_are_refused(rig):
         simulate_batch([(rig, dataclasses.replace(valves(), sample_rate=333.0))])
 
 
-def test_resting_early_is_resting(rig):
-    """The start that ends early, once at rest, differs from a much longer one by rounding only."""
-    step = pressures(duration=0.1)
-    early = pamsim.simulate(rig, dataclasses.replace(step, settle=4.0))
-    late = pamsim.simulate(rig, dataclasses.replace(step, settle=12.0))
-    np.testing.assert_allclose(early.angle, late.angle, atol=1e-8)
-    np.testing.assert_allclose(early.pressure, late.pressure, rtol=1e-7)
-
-
 def test_a_rig_that_still_moves_does_not_count_as_at_rest(rig):
     """A shaft that its damping lets creep for seconds: there, the whole time asked for is taken."""
     creeping = rig.with_parameters({"joint.shaft.damping": 10.0})

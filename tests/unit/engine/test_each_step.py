@@ -78,19 +78,6 @@ def test_a_command_that_it_changes_acts_and_the_next_step_has_the_commanded_one_
     assert np.array_equal(run.command, pamsim.simulate(rig, valves()).command)
 
 
-def test_friction_that_it_adds_is_no_tension(rig):
-    coulomb = slot("friction.coulomb_force", rig.muscles["muscle_1"])
-
-    def rub(model, data):
-        model.actuator_user[:, coulomb] = 100.0
-
-    trace = rig.with_parameters({"friction.coulomb_force": 1e-9})
-    one, other = (
-        pamsim.simulate(there, step(), each_step=rub).completed() for there in (rig, trace)
-    )
-    np.testing.assert_allclose(one.tension, other.tension, rtol=1e-9)
-
-
 def test_tension_and_pressure_are_recorded_as_the_muscle_is_at_its_time(rig):
     """A parameter moved at half time: before and after, what the rig with that parameter has."""
     for changes in ({}, {"friction.stribeck_force": 8.0}):

@@ -198,24 +198,3 @@ def test_what_a_script_imports_from_the_package_is_there():
             for alias in node.names:
                 if not hasattr(found, alias.name):
                     importlib.import_module(f"{module}.{alias.name}")
-
-
-GUARDED = """
-import mujoco
-
-def test_guilty():
-    mujoco.set_mjcb_control(lambda model, data: None)
-
-def test_innocent():
-    assert mujoco.get_mjcb_control() is None
-"""
-
-
-def test_a_callback_left_behind_fails_only_the_guilty_test(tmp_path):
-    (tmp_path / "conftest.py").write_bytes((ROOT / "tests/conftest.py").read_bytes())
-    (tmp_path / "test_two.py").write_text(GUARDED)
-    options = ("-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path))
-    done = run(sys.executable, "-m", "pytest", *options, cwd=tmp_path)
-    assert "ERROR test_two.py::test_guilty" in done.stdout, done.stdout
-    assert "callbacks installed: mjcb_control" in done.stdout
-    assert "2 passed, 1 error" in done.stdout
