@@ -22,7 +22,6 @@ from pamsim.physics.valves import COMMANDS
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
 from tests.unit.physics.flat import (
-    OPENING,
     chamber_pressure,
     chamber_volume,
     gauge_pressure,
@@ -187,21 +186,6 @@ def test_rates_are_the_laws_put_together(command):
                 shortening /= muscle.braid.nominal_length
                 OPERATORS[loop].rates(muscle.hysteresis, act, own, kappa, shortening, TIMESTEP)
             assert list(memory) == pytest.approx(own, rel=1e-11), (loop, number)
-
-
-def test_valves_that_stick_or_are_slow_remember_where_they_are():
-    slow = TIMESTEP / 0.2
-    expected = {
-        "hysteresis": [0.4, 0.4, 0.4, -0.1],
-        "travel_time": [slow, 2 * slow, 3 * slow, 2 * slow],
-    }
-    for field, path in expected.items():
-        muscle = make(valve=dataclasses.replace(PLAIN_VALVE, **{field: 0.2}))
-        act, opened = charged(muscle, 0.2, 1e5), []
-        for command in (0.5, 0.5, 0.45, -0.2):
-            act[-OPENING] += TIMESTEP * rates(muscle, act, 0.2, 0.0, command)[-OPENING]
-            opened.append(act[-OPENING])
-        assert opened == pytest.approx(path), field
 
 
 def test_an_impossible_chamber_and_a_nan_command_give_nan():

@@ -15,7 +15,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import EngineError
 from pamsim.scene.parts import ELLIPSOID, MOVING_REACH, WALL, Strand, add_muscle, outer_radius
-from pamsim.scene.picture import decorate, open_renderer, picture_rest, render_arm, show_whole
+from pamsim.scene.picture import decorate, picture_rest, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
 from tests.unit.core.refusals import refused
 from tests.unit.scene.films import nearest_series, needs_gl
@@ -161,21 +161,6 @@ def test_pressure_gives_its_own_muscle_the_colour_of_its_curve(scene):
         assert len(rows) > 200
         assert ((rows >= SIZE["height"] // 2) == number).all()
         assert nearest_series((warm - vented)[rows, columns].mean(axis=0)) == number
-
-
-@needs_gl
-def test_renderer_can_be_used_again_and_leaves_the_model_as_it_was(model):
-    before = model.vis.global_.offwidth
-    data = at(model, 0.1)
-    renderer = open_renderer(model, width=before + 80, height=100)
-    try:
-        first, second = (render_arm(model, data, **STATE, renderer=renderer) for _ in range(2))
-    finally:
-        renderer.close()
-    assert first.shape == (100, before + 80, 3)
-    assert first.dtype == np.uint8
-    np.testing.assert_array_equal(first, second)
-    assert model.vis.global_.offwidth == before
 
 
 def test_a_picture_shows_at_least_what_the_scene_is_composed_for():
