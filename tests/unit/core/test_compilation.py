@@ -1,6 +1,6 @@
 """Compiled code has a place wherever pamsim runs, and whoever waits for it is given a reason.
 
-BLAS has one thread where it is told to; steps are counted.
+BLAS has one thread inside a block; steps are counted.
 """
 
 import os
