@@ -27,7 +27,7 @@ import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.units import FloatArray
-from pamsim.identification.data import load_data
+from pamsim.identification.data import read_data, trials_of
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.result import Identification
@@ -140,7 +140,7 @@ class Day:
 
     def __init__(self, folder: Path, link: Link, *days: str) -> None:
         self.logs = files(folder, *days)
-        tables = load_data(self.logs, time="column_1").tables
+        tables = trials_of(read_data(self.logs), time="column_1").tables
         inputs, output = tuple(signal(i, tables) for i in link.inputs), signal(link.output, tables)
         self.trials = [used_trial(table, inputs, output)[0].record for table in tables]
         self.factor = link.factor

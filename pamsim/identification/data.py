@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -33,81 +33,71 @@ class IdentifyData:
 Source: TypeAlias = str | os.PathLike[str]
 
 
-def only_table(data: Source | TrialSet | Sequence[Source]) -> Columns | None:
-    """The table that all data are in, as read; None for recordings and several files."""
+Read: TypeAlias = tuple[str, TrialSet | Columns]
+"""Where data come from, and what was read there."""
+
+
+def read_data(data: Source | TrialSet | Sequence[Source]) -> list[Read]:
+    """Read recordings and tables; arguments as those of `identify`."""
     if isinstance(data, TrialSet):
-        return None
-    paths = [data] if isinstance(data, str | os.PathLike) else list(data)
-    if len(paths) != 1 or _is_recording(Path(paths[0])):
-        return None
-    return read_columns(Path(paths[0]), numbers_only=True)
+        return [(f"{', '.join(trial.name for trial in data.trials)} of {data.rig}", data)]
+    paths = map(Path, [data] if isinstance(data, str | os.PathLike) else data)
+    return [(str(path), _read(path)) for path in paths]
 
 
-def _is_recording(path: Path) -> bool:
-    return path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir()
+def _read(path: Path) -> TrialSet | Columns:
+    if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir():
+        return read_recordings(path)
+    return read_columns(path, numbers_only=True)
 
 
-def load_data(
-    data: Source | TrialSet | Columns | Sequence[Source],
+def trials_of(
+    read: Sequence[Read],
     *,
     time: str | None = None,
     dt: float | None = None,
     hold: str | None = None,
 ) -> IdentifyData:
-    """Read what is to be identified; arguments as those of `identify`, or a table as read."""
-    stated = {"time": time, "dt": dt, "hold": hold}
-    if isinstance(data, TrialSet):
-        _refuse_for_recording(data.rig, stated)
-        source = f"{', '.join(trial.name for trial in data.trials)} of {data.rig}"
-        return _recorded(data, source)
-    given = [data] if isinstance(data, str | os.PathLike | Columns) else list(data)
-    paths = [one.path if isinstance(one, Columns) else Path(one) for one in given]
-    if not paths:
+    """Return the trials of recordings and tables; arguments as those of `identify`."""
+    if not read:
         raise InputError("no data given; give a recording or a table")
-    parts: list[IdentifyData] = []
-    for path, one in zip(paths, given, strict=True):
-        if _is_recording(path):
-            _refuse_for_recording(path, stated)
-            parts.append(_recorded(read_recordings(path), str(path)))
+    parts: list[tuple[SignalTable, ...]] = []
+    notes: list[str] = []
+    for source, one in read:
+        if isinstance(one, Columns):
+            tables, remarks = plain_trials(one, time=time, dt=dt, hold=hold)
         else:
-            table = one if isinstance(one, Columns) else read_columns(path, numbers_only=True)
-            tables, notes = plain_trials(table, time=time, dt=dt, hold=hold)
-            parts.append(IdentifyData(source=str(path), rig="", tables=tables, notes=notes))
-    times = Counter(table.name for part in parts for table in part.tables)
+            for name, value in (("time", time), ("dt", dt), ("hold", hold)):
+                if value is not None:
+                    raise InputError(
+                        f"`{name}` is for tables; the recording {source} states it itself, omit it"
+                    )
+            tables, remarks = tuple(map(table_of, one.trials)), one.notes
+        parts.append(tables)
+        notes += remarks
+    times = Counter(table.name for part in parts for table in part)
     tables = [
-        _in_folder(table, path) if times[table.name] > 1 else table
-        for path, part in zip(paths, parts, strict=True)
-        for table in part.tables
+        _in_folder(table, *one) if times[table.name] > 1 else table
+        for one, part in zip(read, parts, strict=True)
+        for table in part
     ]
     for name, count in Counter(table.name for table in tables).items():
         if count > 1:
             raise InputError(f"trial {name!r} is there twice; rename one of the files")
+    rigs = [one.rig if isinstance(one, TrialSet) else "" for _, one in read]
     return IdentifyData(
-        source=", ".join(part.source for part in parts),
-        rig=parts[0].rig if all(part.rig for part in parts) else "",
+        source=", ".join(source for source, _ in read),
+        rig=rigs[0] if all(rigs) else "",
         tables=tuple(tables),
-        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 
-def _in_folder(table: SignalTable, path: Path) -> SignalTable:
+def _in_folder(table: SignalTable, source: str, read: TrialSet | Columns) -> SignalTable:
     """The table by its folder's name, too: files of one name lie in folders that differ."""
-    name = f"{path.parent.name}/{table.name}"
+    name = f"{Path(source).parent.name}/{table.name}"
     # Recordings state what repeats what; of plain tables none is known to repeat another.
-    return replace(table, name=name, protocol=table.protocol if _is_recording(path) else name)
-
-
-def _refuse_for_recording(recording: object, stated: Mapping[str, object]) -> None:
-    for name, value in stated.items():
-        if value is not None:
-            raise InputError(
-                f"`{name}` is for tables; the recording {recording} states it itself, omit it"
-            )
-
-
-def _recorded(trials: TrialSet, source: str) -> IdentifyData:
-    tables = tuple(table_of(trial) for trial in trials.trials)
-    return IdentifyData(source=source, rig=trials.rig, tables=tables, notes=trials.notes)
+    return replace(table, name=name, protocol=name if isinstance(read, Columns) else table.protocol)
 
 
 def select_trials(

@@ -10,7 +10,7 @@ import numpy as np
 
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.identification.data import load_data, only_table, select_trials
+from pamsim.identification.data import read_data, select_trials, trials_of
 from pamsim.identification.frequency import FrequencyIdentification, identify_frequency_response
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.local_models import fit_operating_points
@@ -25,6 +25,7 @@ from pamsim.identification.signals import (
     signal,
     used_trial,
 )
+from pamsim.recordings.columns import Columns
 from pamsim.recordings.trial import TrialSet
 
 _SAME = 1e-9  # of an input's size, below which a difference is rounding
@@ -93,8 +94,9 @@ def identify(
         InputError: for data that cannot be read or identified from, or an unknown name.
     """
     began = perf_counter()
-    table = only_table(data)
-    if table is not None and is_over_frequency(table):
+    read = read_data(data)
+    table = read[0][1] if len(read) == 1 else None
+    if isinstance(table, Columns) and is_over_frequency(table):
         of_trials = {
             "input": input, "output": output, "time": time, "dt": dt, "hold": hold, "arx": arx,
             "oe": oe, "start": start if start != "auto" else None, "integrators": integrators,
@@ -108,7 +110,7 @@ def identify(
         return identify_frequency_response(
             table, order=order, zeros=zeros, poles=poles, dead_time=dead_time, progress=progress
         )
-    loaded = load_data(data if table is None else table, time=time, dt=dt, hold=hold)
+    loaded = trials_of(read, time=time, dt=dt, hold=hold)
     to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
     tables = [*to_fit, *to_test]
     given = [input] if isinstance(input, str) else [*(input or ())]

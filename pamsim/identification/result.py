@@ -25,7 +25,7 @@ from pamsim.identification.curves import (
     frequency_response,
     step_response_band,
 )
-from pamsim.identification.data import IdentifyData, Source, load_data
+from pamsim.identification.data import IdentifyData, Source, read_data, trials_of
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
@@ -198,7 +198,7 @@ class Identification(IdentificationResult):
             InputError: for data that cannot be read, without these columns or in units of another
                 quantity, or a model that integrates or drifts, so that it has no output at rest.
         """
-        tables = load_data(data, time=time, dt=dt, hold=hold).tables
+        tables = trials_of(read_data(data), time=time, dt=dt, hold=hold).tables
         for one in (*self.inputs, self.output):
             found = signal(one.text, tables)
             if found.si_unit != one.si_unit:  # kPa for bar is converted

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from pamsim.identification.data import load_data, select_trials, split_tables
+from pamsim.identification.data import read_data, select_trials, split_tables, trials_of
 from pamsim.identification.identify import identify
 from pamsim.identification.signals import chosen_signals, signal, used_trial
 from tests.unit.core.refusals import all_refused
@@ -29,6 +29,10 @@ def table(header, clock=None, *, mark=",", given=INPUT):
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "log.csv"
+
+
+def load_data(data, **clock):
+    return trials_of(read_data(data), **clock)
 
 
 def record(path, *, given=None, explained=None, **clock):
