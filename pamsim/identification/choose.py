@@ -211,10 +211,8 @@ def _by_errors(
     effective = _effective_samples(min(errors, key=_square), judges)
 
     def factor(fit: R) -> float:
-        structure = fit.structure
-        own = structure.per_trial * len(judges)
-        if isinstance(structure, ContinuousStructure):
-            own = sum((structure.moving if first else structure).per_trial for _, first in judges)
+        structure = _continuous(fit)
+        own = sum((structure.moving if first else structure).per_trial for _, first in judges)
         return math.sqrt(effective / max(effective - own, 1.0))
 
     errors = [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
@@ -258,13 +256,19 @@ def _effective_samples(residual: Sequence[FloatArray], parts: Sequence[Part]) ->
 
 def _errors(fit: Fit, parts: Sequence[Part]) -> list[FloatArray]:
     """Measured minus free run where each record judges."""
-    structure, x = fit.structure, fit.coordinates
+    structure, x = _continuous(fit), fit.coordinates
     return [r.output[first:] - structure.free_run(x, r, first)[0] for r, first in parts]
 
 
 def _fit_percent(fits: Sequence[Fit], records: Sequence[SignalRecord]) -> tuple[float, ...]:
     parts = _whole(records)
     return _percent([_errors(fit, parts) for fit in fits], parts)
+
+
+def _continuous(fit: Fit) -> ContinuousStructure:
+    """The structure: discrete models stand beside what is judged, for comparison."""
+    assert isinstance(fit.structure, ContinuousStructure)
+    return fit.structure
 
 
 def _square(errors: Sequence[FloatArray]) -> float:

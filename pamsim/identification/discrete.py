@@ -75,14 +75,9 @@ class DiscreteStructure:
         """Number of coordinates in which the prediction is not linear."""
         return self.na if self.kind == "oe" else 0
 
-    @property
-    def per_trial(self) -> int:
-        """Number of coefficients that each trial has of its own: an offset."""
-        return 1
-
     def counted(self, trials: int) -> int:
-        """Return the number of coefficients of a fit to some trials, their own included."""
-        return self.unknowns + self.per_trial * trials
+        """Return the number of coefficients of a fit to some trials, their offsets included."""
+        return self.unknowns + trials
 
     @property
     def reach(self) -> int:
@@ -149,25 +144,20 @@ class DiscreteStructure:
         return self._forced(coordinates, np.ones(samples))
 
     def free_run(
-        self,
-        coordinates: FloatArray,
-        record: SignalRecord,
-        since: int = 0,
-        offset: float | None = None,
+        self, coordinates: FloatArray, record: SignalRecord, *, offset: float | None = None
     ) -> tuple[FloatArray, FloatArray]:
         """Simulate a record from rest at its first input; return the output and ``[offset]``.
 
-        The output begins at a sample; the offset is fitted to the record's output where none is
-        given [output unit].
+        The offset is fitted to the record's output where none is given [output unit].
 
         Raises:
             InputError: for another sample time.
         """
         self._require_rate(record)
         with np.errstate(over="ignore", invalid="ignore"):
-            forced = self._forced(coordinates, record.input - record.input[0])[since:]
+            forced = self._forced(coordinates, record.input - record.input[0])
             if offset is None:
-                offset = float(np.mean(record.output[since:] - forced))
+                offset = float(np.mean(record.output - forced))
         return forced + offset, np.array([offset])
 
     def _forced(self, coordinates: FloatArray, given: FloatArray) -> FloatArray:

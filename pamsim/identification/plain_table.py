@@ -102,6 +102,8 @@ def plain_trials(
     if hold is None:
         few = (n for n, v in columns.items() if np.unique(v).size <= max(2, _FEW_VALUES * v.size))
         held = frozenset(few)
+        names = ", ".join(sorted(held)) or "no column"
+        notes.append(f"{path.name}: assumed constant from each row to the next: {names}")
     whole = SignalTable(
         name=path.stem,
         protocol=path.stem,
@@ -114,9 +116,6 @@ def plain_trials(
         level=None,
         unreadable=unreadable,
     )
-    if hold is None:
-        names = ", ".join(sorted(held)) or "no column"
-        notes.append(f"{path.name}: assumed constant from each row to the next: {names}")
     trials = _between_gaps(whole)
     if len(trials) > 1:
         notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")
