@@ -45,7 +45,7 @@ Part = tuple[SignalRecord, int]
 class Choice(Generic[R]):
     """Models, simplest first, and by what they are judged."""
 
-    fits: tuple[R, ...]  # the models
+    fits: tuple[R, ...]
     fit_percent: tuple[float, ...]  # of each on what it was fitted to [%]
     judged_by: str  # such as ``the last third of each trial`` or ``AICc``
     # fit percent of each on what judges, less what its own initial state takes up of the noise

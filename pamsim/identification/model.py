@@ -31,7 +31,7 @@ class TrialScore:
     """How well a model's free run matches one trial."""
 
     name: str  # the record's name
-    samples: int  # number of samples
+    samples: int
     offset: float  # output at rest under the first input value, estimated [output unit]
     fit_percent: float  # normalised RMS fit of the free run [%]
     rms: float  # root mean square of measured minus simulated [output unit]

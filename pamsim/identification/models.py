@@ -91,7 +91,7 @@ class Candidate:
     """One fitted model."""
 
     name: str  # such as ``second_order_dead_time``
-    fit: IdentifiedModel  # the numbers
+    fit: IdentifiedModel
     # whether past inputs explain part of its residuals; None if that could not be tested
     independence: Independence | None
 

@@ -51,7 +51,7 @@ class SignalTable:
     load: float  # mass on the arm [kg]
     time: FloatArray  # (n,) [s]
     columns: Mapping[str, FloatArray]  # name -> (n,) [SI]
-    units: Mapping[str, Unit]  # name -> unit
+    units: Mapping[str, Unit]  # by name
     held: frozenset[str]  # names of columns that a computer held from sample to sample
     rest: Mapping[str, float]  # name of a held column -> its value before the trial began [SI]
     level: FloatArray | None  # (n,) mean gauge pressure of the muscles [Pa], or None

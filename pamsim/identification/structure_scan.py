@@ -34,7 +34,7 @@ _ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 class RoughFit(Solution):
     """One structure, roughly fitted: x is poles and dead times, theta the other coordinates."""
 
-    structure: ContinuousStructure  # which
+    structure: ContinuousStructure
     criterion: float  # of Hannan and Quinn; smaller is better
 
 
@@ -42,7 +42,7 @@ class RoughFit(Solution):
 class StructureScan:
     """Fits structures to records, each from instrumental variables and from its neighbours."""
 
-    records: Sequence[SignalRecord]  # the trials
+    records: Sequence[SignalRecord]
     start: str  # of every trial: ``rest`` or ``free``
     report: Callable[[ContinuousStructure], None]  # called with a structure before it is fitted
     # structure -> its fit; filled as the scan goes on
