@@ -143,10 +143,11 @@ def chosen_signals(
             signal(text, tables)  # what is given must be there
     if given and explained:
         return tuple(given), explained, ""
-    have = _in_all(tables)
+    # Columns of every trial.
+    have = [name for name in tables[0].columns if all(name in t.columns for t in tables)]
     try:
-        inputs = tuple(given) or (default_input(tables),)
-        return inputs, explained or default_output(tables), ""
+        inputs = tuple(given) or (default_input(have),)
+        return inputs, explained or default_output(have), ""
     except InputError as error:
         lower = {name.lower(): name for name in have}
         named = (pair for pair in _IN_AND_OUT if set(pair) <= set(lower))
@@ -166,16 +167,11 @@ def _unreadable(tables: Sequence[SignalTable]) -> dict[str, str]:
     return {name: why for table in tables for name, why in table.unreadable.items()}
 
 
-def _in_all(tables: Sequence[SignalTable]) -> list[str]:
-    return [name for name in tables[0].columns if all(name in t.columns for t in tables)]
-
-
-def default_input(tables: Sequence[SignalTable]) -> str:
-    """The pressure difference that was set, else the difference of the valves.
+def default_input(have: Sequence[str]) -> str:
+    """Of columns the pressure difference that was set, else the difference of the valves.
 
     Of a recording whose muscles have names, the difference of the two commands, or the only one.
     """
-    have = _in_all(tables)
     for shape in ("p{}_set_kpa", "u{}", "p{}_kpa"):
         pair = [shape.format(1), shape.format(2)]
         if all(name in have for name in pair):
@@ -194,9 +190,8 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     )
 
 
-def default_output(tables: Sequence[SignalTable]) -> str:
-    """``angle_deg``, or the only joint."""
-    have = _in_all(tables)
+def default_output(have: Sequence[str]) -> str:
+    """Of columns ``angle_deg``, or the only joint."""
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
     if "angle_deg" in have:
         joints = ["angle_deg"]

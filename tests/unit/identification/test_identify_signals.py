@@ -42,16 +42,16 @@ def trial(drive="pressure_set", **changes):
 
 def record(given, text=None, output="angle_deg"):
     table = table_of(given)
-    into = signal(text or default_input([table]), [table])
+    into = signal(text or default_input([*table.columns]), [table])
     used, note = used_trial(table, [into], signal(output, [table]))
     return used.record, note
 
 
 def test_the_default_is_the_difference_of_what_was_commanded_in_si():
     table = table_of(trial())
-    assert default_input([table]) == "p1_set_kpa-p2_set_kpa"
-    assert default_input([table_of(trial("valve"))]) == "u1-u2"
-    assert default_output([table]) == "angle_deg"
+    assert default_input([*table.columns]) == "p1_set_kpa-p2_set_kpa"
+    assert default_input([*table_of(trial("valve")).columns]) == "u1-u2"
+    assert default_output([*table.columns]) == "angle_deg"
     used, note = record(trial())
     assert note == ""
     assert (used.units_input, used.unit_output, used.holds) == (("Pa",), "rad", ("zoh",))
@@ -110,7 +110,7 @@ def test_a_bad_expression_is_one_clear_line():
     }
     all_refused(bad, lambda text: signal(text, tables[:1]))
     refuses("'p1_kpa' is not in trial 'step_2'", signal, "p1_kpa", tables)
-    refuses("give `output`", default_output, [table_of(trial(measured={}))])
+    refuses("give `output`", default_output, [*table_of(trial(measured={})).columns])
 
 
 TS = 0.02
