@@ -112,17 +112,6 @@ def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:
     return way * root(drive, max(far - _STRIDE, 0.0), far, 1e-9) if far else 0.0
 
 
-def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
-    """Angle at which two such muscles of these gauge pressures [Pa] balance without load [rad]."""
-    pair, radius = (parameters(muscle), parameters(muscle)), sprocket_radius()
-    limit = 0.5 * stroke(muscle) / radius
-
-    def torque(angle: float) -> float:
-        return antagonist_torque(pair, radius, angle, pressures)
-
-    return root(torque, -limit, limit, 1e-12)
-
-
 @recomputes("matiskova2021-17")
 def _rest_length() -> Recomputed:
     muscle = ideal_muscle()
@@ -334,15 +323,16 @@ def _stiffness_ratio(
     muscle: Muscle, stiffness: Callable[[Parameters, float, float], Stiffness]
 ) -> float:
     """Joint stiffness with muscle 2 vented to 0.6 of muscle 1's pressure, over that at E [-]."""
-    radius = sprocket_radius()
+    par, radius = parameters(muscle), sprocket_radius()
+    limit = 0.5 * stroke(muscle) / radius
 
     def total(share: float) -> float:
         pressures = _FULL, share * _FULL
-        way = radius * rest_angle(muscle, pressures)
-        pair = [
-            stiffness(parameters(muscle), sign * way, pressure)
-            for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
-        ]
+        way = radius * root(
+            lambda angle: antagonist_torque((par, par), radius, angle, pressures),
+            -limit, limit, 1e-12,
+        )  # fmt: skip
+        pair = [stiffness(par, -way, pressures[0]), stiffness(par, way, pressures[1])]
         return joint_stiffness(pair, [radius] * 2).total
 
     return total(0.6) / total(1.0)

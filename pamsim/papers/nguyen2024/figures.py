@@ -22,7 +22,7 @@ from pamsim.papers.nguyen2024.geometry import (
     value,
     values,
 )
-from pamsim.papers.nguyen2024.loop import complex_stiffness, harmonic
+from pamsim.papers.nguyen2024.loop import complex_stiffness, figure_elements, harmonic
 
 _LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed
 _AMPLITUDE = 2.0 * MILLIMETRE
@@ -50,17 +50,15 @@ def curves() -> Mapping[str, Any]:
 
     The loss is half the width of the loop at zero force over its amplitude.
     """
-    stiffness, w = value("figure_stiffness"), value("figure_frequency")
-    ratio = value("figure_damping") / stiffness
     frequency = np.linspace(1.0, 10.0, 91)
     complex_values = np.array([complex_stiffness(omega(float(f)), *element()) for f in frequency])
     first, second = omega(value("first_case_frequency")), value("second_case_amplitude")
     return {
         "by_order": {
-            f"{alpha:g}": _fractional_loop(
-                value("figure_amplitude"), w, (alpha, ratio ** (1.0 / alpha), stiffness)
+            f"{law[0]:g}": _fractional_loop(
+                value("figure_amplitude"), value("figure_frequency"), law
             )
-            for alpha in values("figure_orders")
+            for law in figure_elements()
         },
         "by_amplitude": {
             f"{force:g} N": _fractional_loop(force, first, element())

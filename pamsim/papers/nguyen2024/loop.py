@@ -159,14 +159,16 @@ def _unit_of_c() -> Recomputed:
     return Recomputed(orders, printed=[Printed(1.0, 0.0)] * len(orders), ratio=ratio)
 
 
+def figure_elements() -> list[tuple[float, float, float]]:
+    """Order [-], time constant [s] and stiffness [N/m] of each element of Figure 3."""
+    stiffness = value("figure_stiffness")
+    ratio = value("figure_damping") / stiffness
+    return [(order, ratio ** (1.0 / order), stiffness) for order in values("figure_orders")]
+
+
 def _figure() -> list[complex]:
     """Complex stiffness of Figure 3 at its orders [N/m]."""
-    stiffness, frequency = value("figure_stiffness"), value("figure_frequency")
-    ratio = value("figure_damping") / stiffness
-    return [
-        complex_stiffness(frequency, order, ratio ** (1.0 / order), stiffness)
-        for order in values("figure_orders")
-    ]
+    return [complex_stiffness(value("figure_frequency"), *law) for law in figure_elements()]
 
 
 @recomputes("nguyen2024-15")
