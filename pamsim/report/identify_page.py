@@ -14,13 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import (
-    LogLocator,
-    MultipleLocator,
-    NullFormatter,
-    StrMethodFormatter,
-    SymmetricalLogLocator,
-)
+from matplotlib.ticker import MultipleLocator, SymmetricalLogLocator
 
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.curves import (
@@ -36,7 +30,14 @@ from pamsim.identification.summary import inputs_in_words
 from pamsim.inference.estimate import Interval
 from pamsim.report.numbers import fixed, interval, quantity, significant, words
 from pamsim.report.page import write_page
-from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.report.style import (
+    finish_axes,
+    new_figure,
+    plain_log_scale,
+    say_empty,
+    series_look,
+    styled,
+)
 from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
 
 _MOST_TRIALS = 5
@@ -371,10 +372,7 @@ def _draw_poles(ax: Axes, result: Mapping[str, Any]) -> None:
     if not handles:
         say_empty(ax, "no pole")
         return
-    ax.set_xscale("log")
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    plain_log_scale(ax)
     if set(handles) != {"lag"}:
         ax.legend(handles.values(), handles.keys(), loc="best")
 

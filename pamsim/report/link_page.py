@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.links import in_links
@@ -23,7 +22,7 @@ from pamsim.inference.row_tests import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page
-from pamsim.report.style import RULE, finish_axes, new_figure, styled
+from pamsim.report.style import RULE, finish_axes, new_figure, plain_log_scale, styled
 from pamsim.report.trial_signals import trial_channels, worst_trials
 from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, VERMILION
 
@@ -280,11 +279,8 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
                 textcoords="offset points", ha="left", va="center", fontsize=8.5,
             )  # fmt: skip
     ax.axvline(1.0, color=INK, linewidth=1.2)
-    ax.set_xscale("log")
+    plain_log_scale(ax)
     ax.set_xlim(_BELOW, most**1.15 * 1.2)
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_locator(NullLocator())
     labels = [f"{one['link']}\n{' → '.join(one['signals'])}" for one in links]
     ax.set_yticks(range(len(links)), labels)
     ax.set_ylim(len(links) - 0.4, -0.6)

@@ -11,13 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import (
-    FixedLocator,
-    MaxNLocator,
-    NullFormatter,
-    NullLocator,
-    ScalarFormatter,
-)
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
 from pamsim.recordings.recording import Recording
@@ -291,10 +285,9 @@ def static_models_figure(
         text = f"{label}: {error:.2f} deg"
         ax.axvline(error, color=colour, linewidth=1.0, linestyle=style, zorder=1, label=text)
     ax.set_xscale("log")
-    ax.xaxis.set_major_locator(FixedLocator(_TICKS))
+    ax.set_xticks(_TICKS)
+    ax.set_xticks([], minor=True)
     ax.xaxis.set_major_formatter(ScalarFormatter())
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_yticks(range(len(ordered)), names, fontsize=8, linespacing=1.0)
     for label, model in zip(ax.get_yticklabels(), ordered, strict=True):
         label.set_color(INK if model["accepted"] else MUTED)

@@ -13,7 +13,13 @@ import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter, ScalarFormatter
+from matplotlib.ticker import (
+    LogFormatter,
+    LogLocator,
+    NullLocator,
+    ScalarFormatter,
+    StrMethodFormatter,
+)
 
 from pamsim.core.files import complete_file
 from pamsim.scene.series_colours import INK, MUTED, SERIES
@@ -125,6 +131,14 @@ def finish_axes(ax: Axes, *, x: str = "", y: str = "", title: str = "", zero: bo
     ax.tick_params(length=3)
     if zero:
         ax.axhline(0.0, color=MUTED, linewidth=0.7, zorder=1)
+
+
+def plain_log_scale(ax: Axes) -> None:
+    """Make the x-axis logarithmic, with plain numbers at 1, 2 and 5 of every decade."""
+    ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    ax.xaxis.set_minor_locator(NullLocator())
 
 
 def series_look(index: int) -> tuple[str, str]:
