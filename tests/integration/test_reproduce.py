@@ -16,7 +16,7 @@ from pamsim.engine.simulate import simulate
 from pamsim.papers import reproduce as room
 from pamsim.papers.printed_steps import STARTS, start_pressures
 from pamsim.recordings.experiment import pressure_step
-from pamsim.recordings.printed import distinct_steps, mas20_models, mas20_steps
+from pamsim.recordings.printed import distinct_steps, mas20_steps
 from pamsim.recordings.recording import Outcome
 
 
@@ -42,23 +42,6 @@ def found(ran):
 @pytest.fixture(scope="module")
 def result(ran):
     return ran[1]
-
-
-def test_printed_tables_are_whole_and_consistent():
-    steps = mas20_steps()
-    assert (len(steps), len(distinct_steps())) == (24, 21)
-    for step in steps:
-        # 2500 increments per revolution; the print's own rounding is 0.06 deg at worst.
-        if step.row != 4:  # its increment is printed without the minus sign
-            assert abs(step.increments * 0.144 - math.degrees(step.angle)) < 0.06, step.row
-        assert math.copysign(1, step.angle) == math.copysign(1, step.pressure[0] - step.pressure[1])
-        if step.repeats:
-            first = steps[step.repeats - 1]
-            assert (step.pressure, step.load, step.angle) == (
-                first.pressure, first.load, first.angle
-            )  # fmt: skip
-    g2 = mas20_models()["g2"]
-    assert g2["T1_s"] * g2["T2_s"] == pytest.approx(0.052267, abs=5e-7)
 
 
 def test_result_carries_what_the_contract_names(ran, result):
