@@ -13,6 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.recordings.printed import distinct_steps
 from pamsim.report.style import FAINT, finish_axes, new_figure, series_look, styled
 from pamsim.scene.series_colours import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION
 
@@ -56,9 +58,10 @@ def static_law(curves: Curves) -> Figure:
     equation_23(ax, curves, "(23), p in bar", f"(23), unit {curves['scale_kpa']:.0f} kPa")
     for index, size in enumerate(("large", "medium", "small")):
         colour, marker = series_look(index)
-        chosen = [row for row in curves["rows"] if row["size"] == size]
-        points = ([row[key] for row in chosen] for key in ("p_svd_kpa", "beta_deg"))
-        ax.plot(*points, marker, color=colour, markersize=5, label=f"tables, {size} steps")
+        steps = [step for step in distinct_steps() if step.size == size]
+        x = [(step.pressure[0] - step.pressure[1]) / PA_PER_KPA for step in steps]
+        y = [step.angle * DEG_PER_RAD for step in steps]
+        ax.plot(x, y, marker, color=colour, markersize=5, label=f"tables, {size} steps")
     ax.legend(loc="lower right")  # the characteristic rises: the lower right is free
     return figure
 
