@@ -34,17 +34,16 @@ class Start(NamedTuple):
     meaning: str
 
 
-STARTS: Mapping[str, Start] = {
-    name: Start(name, meaning)
-    for name, meaning in (
-        ("vent", "the paper's operating concept: both muscles rest at the higher printed pressure"
-         " (reference point E), then the active one is vented to the lower"),
-        ("fill", "both muscles rest at the lower printed pressure, then the active one is filled to"
-         " the higher"),
-        ("maximum", "both muscles rest at the largest printed pressure of all rows (stiffest"
-         " reference point), then both are brought to the printed pair"),
-    )
-}  # fmt: skip
+_SENTENCES = {
+    "vent": "the paper's operating concept: both muscles rest at the higher printed pressure"
+    " (reference point E), then the active one is vented to the lower",
+    "fill": "both muscles rest at the lower printed pressure, then the active one is filled to the"
+    " higher",
+    "maximum": "both muscles rest at the largest printed pressure of all rows (stiffest reference"
+    " point), then both are brought to the printed pair",
+}
+
+STARTS: Mapping[str, Start] = {name: Start(name, text) for name, text in _SENTENCES.items()}
 """The assumptions offered; ``vent`` is the default."""
 
 
@@ -61,8 +60,11 @@ def find_start(name: str) -> Start:
 
 def start_pressures(step: PrintedStep, start: Start) -> tuple[float, float]:
     """Gauge pressures before a printed step [Pa], under an assumption."""
-    rest = {"vent": max(step.pressure), "fill": min(step.pressure)}.get(start.name)
-    if rest is None:
+    if start.name == "vent":
+        rest = max(step.pressure)
+    elif start.name == "fill":
+        rest = min(step.pressure)
+    else:
         rest = max(max(row.pressure) for row in mas20_steps())
     return rest, rest
 

@@ -27,11 +27,12 @@ _START = {"k1": 3.0, "k5": 25.0, "t": 0.0, "c": 0.0, "o": 0.0}
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueLaw:
-    """A fitted law: coefficients, 100 kPa per the power of rad or kg, and its RMS errors [deg].
+    """A fitted law.
 
-    They are those of the fitted angles, of each angle predicted from all rest, and of the small
-    steps by the law of the other rows; this is NaN if they do not determine a law in which the
-    angle rises with the pressure difference. Of the linearised 95 % intervals it is the halves.
+    Its coefficients are in 100 kPa per the power of rad or kg, beside half their linearised 95 %
+    intervals. RMS errors are those of the fitted angles, of each angle predicted from all rest
+    (left out), and of the small steps by the law of the other rows: NaN if these do not determine
+    a law in which the angle rises with the pressure difference.
     """
 
     coefficients: dict[str, float]

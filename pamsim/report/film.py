@@ -249,8 +249,8 @@ def film_sheet(
 ) -> FilmSheet:
     """Draw what all frames of a film of a trial share.
 
-    The labels are names of the muscles, each with column and row of its fixed end in the arm's
-    picture [px]; so is the size of a frame.
+    The size of a frame is in pixels, and so are column and row of each muscle's fixed end in the
+    arm's picture: ``labels``, by the names of the muscles.
 
     Raises:
         InputError: if the frame is too small for labels.

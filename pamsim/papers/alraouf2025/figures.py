@@ -125,8 +125,9 @@ def bench_curves(stroke: float = _STROKE) -> Mapping[str, Any]:
     """The loop of the engine, beside force balance, Table 2 and the printed equations.
 
     From no pressure to 500 kPa it takes a stroke [s]. By branch ``balance_off_cm`` is the largest
-    distance from force balance; RMSEs are of the engine and of (3) or (4) on Table 2, and between
-    the two over all pressures (``equation``); ``width_cm`` is the largest distance of the branches.
+    distance from force balance; ``rmse_cm`` of the engine and ``printed_rmse_cm`` of (3) or (4) are
+    on Table 2, ``equation_rmse_cm`` is between the two over all pressures. ``width_cm`` is the
+    largest distance of the branches.
     """
     rig = bench("alraouf2025")
     weight, law = hanging_weight(rig, 0.0), hung_muscle(rig)
