@@ -75,17 +75,12 @@ def _facts(one: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     def error(value: float | None) -> str:
         return NONE if value is None else quantity(scale * value, unit, 3)
 
-    facts = [
-        (
-            f"RMS error in-sample{part}",
-            error(scores["rmse"]),
-            f"{scores['points']} points, {scores['free']} coefficients",
-        )
-    ]
-    if held is not None:
-        unseen = f"RMS error, each {held['by']} held out in turn"
-        facts.insert(0, (unseen, error(held["rmse"]), f"worst {held['by']} {error(held['worst'])}"))
-    return facts
+    counted = f"{scores['points']} points, {scores['free']} coefficients"
+    seen = f"RMS error in-sample{part}", error(scores["rmse"]), counted
+    if held is None:
+        return [seen]
+    unseen = f"RMS error, each {held['by']} held out in turn"
+    return [(unseen, error(held["rmse"]), f"worst {held['by']} {error(held['worst'])}"), seen]
 
 
 def _coefficients(one: Mapping[str, Any]) -> dict[str, Any]:
