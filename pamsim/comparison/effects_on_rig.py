@@ -12,7 +12,7 @@ from typing import Any
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.catalog import installed
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.parameter_names import ParameterName
@@ -82,11 +82,8 @@ def rig_effect(rig: Rig, name: str) -> Effect:
     found = look_up(common, forms(rig))
     if not place:
         return found
-    if place not in (*rig.joints, *rig.muscles):
-        raise InputError(
-            f"{name}: rig {rig.name!r} has no such joint or muscle; "
-            f"{nearest(place, [*rig.joints, *rig.muscles])}"
-        )
+    what = f"{name}: rig {rig.name!r} has no such joint or muscle"
+    refuse_unknown(place, [*rig.joints, *rig.muscles], what)
     return _at(rig, found, place)
 
 

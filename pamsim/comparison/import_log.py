@@ -18,7 +18,7 @@ from pamsim.comparison.joined_logs import join_each, join_logs, with_schedule, w
 from pamsim.comparison.joint_signs import turned_joints
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, nearest, refuse_unknown
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.units import parse_quantity
 from pamsim.engine.rig import Rig, load_rig
@@ -318,9 +318,7 @@ def _stated(text: str, rig: Rig) -> Guess:
         *(f"{m}.{q}" for m in rig.muscles for q in ("pressure", "pressure_set", "valve", "force")),
         *(f"{m}.pulse" for m in rig.muscles),
     ]
-    if quantity not in known:
-        raise InputError(f"`columns` {text}: rig {rig.name!r} has no {quantity!r}; "
-                         f"{nearest(quantity, known)}")  # fmt: skip
+    refuse_unknown(quantity, known, f"`columns` {text}: rig {rig.name!r} has no {quantity!r}")
     name, colon, unit = column.removeprefix("-").rpartition(":")
     if not colon:
         name, unit = unit, ""

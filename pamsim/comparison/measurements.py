@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pamsim.comparison.aligned_logs import aligned
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.static_table import PRINTED, StaticTable, read_static_table
@@ -121,8 +121,7 @@ def split_held_out(
     """
     known = {*data.names, *(trial.protocol for trial in data.trials)}
     for name in names:
-        if name not in known:
-            raise InputError(f"`hold_out` {name}: no trial of that name; {nearest(name, known)}")
+        refuse_unknown(name, known, f"`hold_out` {name}: no trial of that name")
 
     def part(held: bool) -> CalibrationData:
         return replace(

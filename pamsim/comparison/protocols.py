@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.excitation import bursts, held_levels, multisine, triangle
@@ -187,8 +187,7 @@ def protocol(name: str) -> Protocol:
     Raises:
         InputError: if there is none of that name, with the nearest.
     """
-    if name not in PROTOCOLS:
-        raise InputError(f"no protocol {name!r}; {nearest(name, PROTOCOLS)}")
+    refuse_unknown(name, PROTOCOLS, f"no protocol {name!r}")
     return PROTOCOLS[name]
 
 

@@ -20,7 +20,7 @@ from pamsim.comparison.links import free_channels
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.repeats import protocols_by_load
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.simulator_fit import Blocks, ResidualBlock
@@ -272,8 +272,7 @@ def check_channels(channels: Sequence[str]) -> None:
         InputError: for an unknown one.
     """
     for name in channels:
-        if name not in CHANNELS:
-            raise InputError(f"`channels`: no channel {name!r}; {nearest(name, CHANNELS)}")
+        refuse_unknown(name, CHANNELS, f"`channels`: no channel {name!r}")
 
 
 def check_table(rig: Rig, table: StaticTable) -> None:

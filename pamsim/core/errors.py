@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 _LONGEST_WORD, _LONGEST = 200, 1000
 _SUGGESTED, _LISTED = 5, 20  # names that are suggested; all that are listed beside them
@@ -56,6 +56,12 @@ def first_few(names: Sequence[str], most: int) -> str:
     """The first names of some, and how many more there are."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
+
+
+def refuse_unknown(name: str, known: Collection[str], what: str) -> None:
+    """Refuse a name that is none of the known ones: ``what`` is wrong, and the nearest."""
+    if name not in known:
+        raise InputError(f"{what}; {nearest(name, known)}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

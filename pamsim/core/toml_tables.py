@@ -9,7 +9,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, cast
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.core.files import read_document
 from pamsim.core.limits import TOML_BYTES
 
@@ -70,8 +70,7 @@ def check_table(table: object, entries: Mapping[str, Entry], where: object) -> d
         raise InputError(f"{where}: write {{ {', '.join(needed)} }}, not {table!r}")
     stated = cast("Mapping[str, Any]", table)
     for key in stated:
-        if key not in entries:
-            raise InputError(f"{where}: unknown key {key}; {nearest(key, entries)}")
+        refuse_unknown(key, entries, f"{where}: unknown key {key}")
     for key, one in entries.items():
         if key not in stated and one.default is ...:
             raise InputError(f"{where} needs {key} = {one.write}")

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError, SimulationError, nearest
+from pamsim.core.errors import InputError, SimulationError, refuse_unknown
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.signals import (
@@ -129,8 +129,7 @@ class Recording:
     def signal(self, channel: str) -> FloatArray:
         """One of `signals`, shape (n,) [SI]; InputError with the nearest if there is none."""
         signals = self.signals()
-        if channel not in signals:
-            raise InputError(f"no signal {channel!r}; {nearest(channel, signals)}")
+        refuse_unknown(channel, signals, f"no signal {channel!r}")
         return signals[channel]
 
     def completed(self) -> Recording:

@@ -15,7 +15,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.core.files import LOCK, complete_file, is_part
 from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
@@ -118,8 +118,7 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
         if law:
             _operator(document["muscle"], muscles, source.operators[law].group)
     if owner:
-        if owner not in source.tendons:
-            raise InputError(f"no muscle {owner!r}; {nearest(owner, source.tendons)}")
+        refuse_unknown(owner, source.tendons, f"no muscle {owner!r}")
         section = _table(muscles[owner], group)
     elif name in source.native or "." in field:
         section, field = _table(document, "native"), name

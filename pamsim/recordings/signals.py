@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, nearest, refuse_unknown
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 
 DriveLike: TypeAlias = str | Mapping[str, str]
@@ -182,8 +182,7 @@ class SignalNames:
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
         """Refuse joints -> kind of drive that a rig ``where`` has not or that move otherwise."""
         for joint, kind in driven.items():
-            if joint not in self.joints:
-                raise InputError(f"{where} has no joint {joint!r}; {nearest(joint, self.joints)}")
+            refuse_unknown(joint, self.joints, f"{where} has no joint {joint!r}")
             moves = self.joints[joint]
             if DRIVES[kind].of != moves:
                 known = [name for name, drive in JOINT_DRIVES.items() if drive.of == moves]
@@ -262,8 +261,7 @@ class Drive:
             )
         names = self.names or tuple(muscles)
         for name in names:
-            if name not in muscles:
-                raise InputError(f"{where} has no muscle {name!r}; {nearest(name, muscles)}")
+            refuse_unknown(name, muscles, f"{where} has no muscle {name!r}")
         for name in muscles:
             if name not in names:
                 raise InputError(f"{where} has a muscle {name!r}: give its drive")

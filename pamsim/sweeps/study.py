@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.computation import versions
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, refuse_unknown
 from pamsim.core.toml_tables import Entry, check_table, read_toml
 from pamsim.engine.rig import rig_digest
 from pamsim.recordings.rig_file import refuse_code
@@ -91,8 +91,7 @@ def _study(table: Mapping[str, Any], *, trusted: bool) -> Study:
     study = check_table(table, _STUDY, "study")
     what, rig, design = study["job"], study["rig"], study["design"]
     for name, known in (("job", _JOBS), ("design", [one.value for one in Design])):
-        if study[name] not in known:
-            raise InputError(f"no {name} {study[name]!r}; {nearest(study[name], known)}")
+        refuse_unknown(study[name], known, f"no {name} {study[name]!r}")
     factors = tuple(factor(str(name), own) for name, own in study["vary"].items())
     runs = runs_of(Design(design), factors, study["runs"], study["seed"])
     rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
