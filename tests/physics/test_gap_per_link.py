@@ -13,8 +13,8 @@ from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.segments import trials_of as trials_of_log
-from pamsim.recordings.trial import Trial
 from pamsim.twins.hide import hide
+from tests.unit.recordings.made_trial import made_trial
 
 SETTINGS = {"protocols": ("triangle", "staircase"), "duration": 2.0, "repeats": 3}
 AIR, MUSCLE, JOINT = "valves and air", "muscle", "joint and transmission"
@@ -89,16 +89,9 @@ def test_a_part_of_a_log_begins_as_its_lead_in_has_left_the_rig(pressures):
     )
     run = simulate(leg, experiment)
     read = leg.names.joint_channels + leg.names.of_muscles("pressure") * pressures
-    log = Trial(
-        name="log",
-        protocol="log",
-        drive="pressure_set",
-        load=0.0,
-        time=run.time,
-        command=np.repeat(experiment.command_value, 40, axis=0)[[*range(240), -1]],
-        measured={channel: run.signal(channel) for channel in read},
-        muscle_names=tuple(leg.muscles),
-    )
+    command = np.repeat(experiment.command_value, 40, axis=0)[[*range(240), -1]]
+    measured = {channel: run.signal(channel) for channel in read}
+    log = made_trial(command, measured, time=run.time, muscle_names=tuple(leg.muscles))
     entry = {"period": None, "segments": [[1.3, 2.3]], "lead_in": "1.2 s", "rate": None}
     (part,) = trials_of_log(log, entry, "log")
     residuals = link_residuals(leg, [part])
@@ -125,22 +118,10 @@ def test_trials_with_another_load_show_no_floor(tmp_path):
 
 def forces(noise=0.0):
     """Residuals of both forces at a held joint, away from where its hysteresis is symmetric."""
-    time = np.arange(600) / 100.0
-    trial = Trial(
-        name="still",
-        protocol="still",
-        drive={"muscle_1": "measured", "muscle_2": "measured"},
-        load=0.0,
-        time=time,
-        command=np.tile([1.5e5, 3.5e5], (time.size, 1)),
-        measured={
-            "angle": np.full(time.size, -0.45) + noise,
-            "force_1": np.zeros(time.size),
-            "force_2": np.zeros(time.size),
-        },
-        muscle_names=ARM.names.named_muscles,
-    )
-    found = link_residuals(ARM, [replace(trial, drive="measured")])
+    command = np.tile([1.5e5, 3.5e5], (600, 1))
+    measured = {"angle": np.full(600, -0.45) + noise}
+    measured |= {"force_1": np.zeros(600), "force_2": np.zeros(600)}
+    found = link_residuals(ARM, [made_trial(command, measured, drive="measured")])
     return np.stack([residual for (link, *_), residual in found.items() if link.name == MUSCLE])
 
 
