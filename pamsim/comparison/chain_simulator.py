@@ -87,18 +87,17 @@ class ChainSimulator:
             )
         self.links = tuple(dict.fromkeys(link for link, _, _ in own))
         self._runs: list[tuple[Repeats, LinkRun]] = []
-        means: list[Trial] = []
+        driven: list[tuple[Trial, LinkRun]] = []
         broken: list[str] = []
         for group in groups:
             mean = group.mean()
             for run in divided(rig, mean):
                 if all((run.link, t.name, c) in own for t in group.trials for c in run.outputs):
                     self._runs.append((group, run))
-                    means.append(mean)
+                    driven.append((mean, run))
                 else:
                     broken.append(f"{run.link.name} of {group.name} and its repeats")
         self.not_compared = tuple(f"{which}: a simulation breaks down" for which in broken)
-        driven = [(mean, run) for mean, (_, run) in zip(means, self._runs, strict=True)]
         self._simulator = ChainRuns(rig, driven, threads=threads)
         self._rows = self._places()
         fine, long = self._of_means(1), self._of_means(self._of_repeats)

@@ -36,19 +36,13 @@ _FASTEST = 10.0 * _QUARTZ
 
 @dataclass(frozen=True, kw_only=True)
 class ClockFit:
-    """Time of a first clock = ``offset`` + ``rate`` x time of a second.
+    """Time of a first clock = ``offset`` + ``rate`` x time of a second."""
 
-    Attributes:
-        offset, offset_error: [s], with the half width of its 95 % interval.
-        rate, rate_error: seconds of the first in one of the second, likewise.
-        correlation: of the two records of the signal on the common clock.
-    """
-
-    offset: float
-    offset_error: float
-    rate: float = 1.0
-    rate_error: float = 0.0
-    correlation: float = 1.0
+    offset: float  # [s]
+    offset_error: float  # half width of its 95 % interval [s]
+    rate: float = 1.0  # seconds of the first in one of the second
+    rate_error: float = 0.0  # half width of its 95 % interval
+    correlation: float = 1.0  # of the two records of the signal on the common clock
 
 
 def fit_clock(

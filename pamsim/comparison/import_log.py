@@ -29,6 +29,7 @@ from pamsim.recordings.signals import (
     EFFORTS,
     JOINT_DRIVES,
     MUSCLE_DRIVES,
+    NUMBERED,
     DriveLike,
     checked,
     in_toml,
@@ -315,8 +316,7 @@ def _stated(text: str, rig: Rig) -> Guess:
         "time",
         *(f"{joint}.{kind}" for joint, kind in rig.joints.items()),
         *(f"{joint}.{EFFORTS[kind]}" for joint, kind in rig.joints.items()),
-        *(f"{m}.{q}" for m in rig.muscles for q in ("pressure", "pressure_set", "valve", "force")),
-        *(f"{m}.pulse" for m in rig.muscles),
+        *(f"{muscle}.{of_muscle}" for muscle in rig.muscles for of_muscle in NUMBERED),
     ]
     refuse_unknown(quantity, known, f"`columns` {text}: rig {rig.name!r} has no {quantity!r}")
     name, colon, unit = column.removeprefix("-").rpartition(":")

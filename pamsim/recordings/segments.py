@@ -59,7 +59,7 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     """
     period, segments, lead_in, rate = (entry[key] for key in ENTRIES)
     if rate is not None:
-        trial = on_even_clock(trial, rate, where)
+        trial = _on_even_clock(trial, rate, where)
     if period is not None and segments:
         raise InputError(f"{where}: give period or segments, not both")
     if period is None and segments is None and lead_in is None:
@@ -97,14 +97,11 @@ def spans_of(pairs: list[Any], where: str) -> list[tuple[float, float]]:
     return spans
 
 
-def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
+def _on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
     """A trial sampled evenly, at a rate such as ``"50 Hz"``, from its first row on.
 
     What was measured is taken on the line between two rows, a command that is held from the nearest
     row: which of two rows a step lies nearer to is all that the log shows.
-
-    Raises:
-        InputError: for a rate without meaning, above the log's own, or that leaves too few rows.
     """
     hertz = parse_quantity(rate, "Hz", "Hz", where=f"{where}: rate")
     own = (trial.time.size - 1) / float(trial.time[-1])
