@@ -97,13 +97,13 @@ def link_experiment(
         experiment = replace(experiment_of(driven), start_pressure=own.start(trial))
     else:
         start = inputs.start(trial)
-        driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
+        driven = replace(driven, lead_in=_way_as_lead(rig, driven, run, start, way))
         # All that is imposed runs on between its values, so that samples may be further apart.
         experiment = replace(
-            experiment_of(driven, sample_rate=way_rate(trial)),
+            experiment_of(driven, sample_rate=_way_rate(trial)),
             start_pressure=start,
             settle=0.0,
-            approach=len(way) / way_rate(trial),
+            approach=len(way) / _way_rate(trial),
             sample_rate=grid_rate(trial.time),
         )
     return driven, with_true_inputs(rig, experiment)
@@ -158,7 +158,7 @@ def ways_to_rest(
     ``run`` simulates experiments, as `sensed_runs`.
 
     Returns:
-        Trial -> (k, m + j) readings of pressures [Pa] and positions [rad or m] at `way_rate`; none
+        Trial -> (k, m + j) readings of pressures [Pa] and positions [rad or m] at `_way_rate`; none
         where the run breaks down.
     """
     jobs: list[tuple[Rig, Experiment]] = []
@@ -173,7 +173,7 @@ def ways_to_rest(
             command_value=np.append(start, first[start.size :])[np.newaxis],
             start_pressure=start,
             duration=_REST,
-            sample_rate=way_rate(trial),
+            sample_rate=_way_rate(trial),
             load=trial.load,
             settle=0.0,
             approach=_REST,
@@ -187,7 +187,7 @@ def ways_to_rest(
     }
 
 
-def way_rate(trial: Trial) -> float:
+def _way_rate(trial: Trial) -> float:
     """Rate of ways to rest [Hz]: the multiple of the trial's next below every step of the engine.
 
     Hysteresis keeps the last small swings of an arm, which the rate of a log may miss.
@@ -200,31 +200,25 @@ def _until_still(recording: Recording, trial: Trial, inputs: LinkInputs) -> Floa
     """A way to rest, until sensors would show no more motion, in whole samples of the trial."""
     way = np.hstack([recording.pressure, recording.positions])
     joints = list(recording.joints)
-    last = round(_LEAST * way_rate(trial))
-    each = round(way_rate(trial) / grid_rate(trial.time))
+    last = round(_LEAST * _way_rate(trial))
+    each = round(_way_rate(trial) / grid_rate(trial.time))
     for joint, noise in inputs.noise.items():
         own = way[:, recording.pressure.shape[1] + joints.index(joint)]
         last = max([last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist()])
     return way[: (last // each + 1) * each]
 
 
-def way_as_lead(
+def _way_as_lead(
     rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: FloatArray
 ) -> TrialLead:
     """The way to rest as what precedes a trial, leading on to where its imposed signals begin.
 
-    Its lead-in, if it has one, comes between the two.
-
-    Args:
-        rig: the rig.
-        trial: as the run drives it, all muscles by measured pressures.
-        run: which link.
-        start: (m,) first pressures of the trial [Pa].
-        way: (k, m + j) as of `ways_to_rest`.
+    Its lead-in, if it has one, comes between the two. The way is (k, m + j) as of `ways_to_rest`,
+    the first pressures of the trial (m,) [Pa].
     """
     count, muscles = len(way), start.size
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
-    whole, duration = trial.with_lead_in, count / way_rate(trial)
+    whole, duration = trial.with_lead_in, count / _way_rate(trial)
     command = np.repeat(whole.command[:1], count, axis=0)
     columns = dict(enumerate(range(muscles)))
     for column, joint in enumerate(trial.drives.joints, start=muscles):
@@ -233,7 +227,7 @@ def way_as_lead(
     for column, number in columns.items():
         own = way[:, number]
         command[:, column] = own + share * (command[:, column] - own[-1])
-    time = np.arange(float(count)) / way_rate(trial)
+    time = np.arange(float(count)) / _way_rate(trial)
     if trial.lead_in is not None:
         time = np.concatenate([time, duration + trial.lead_in.time])
         command = np.concatenate([command, trial.lead_in.command])
