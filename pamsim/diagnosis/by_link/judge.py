@@ -46,15 +46,10 @@ _RIVALS = 3  # effects that are fitted in the place of one
 class Case:
     """What stays the same through a judgement."""
 
-    searched: Searched
+    tried: Tried
     unseen: HeldOut | LeftOut
     # Mean square that the rig without effects leaves in every link [noise variance]
     before: Mapping[Link, float]
-
-    @property
-    def tried(self) -> Tried:
-        """What the search has tried."""
-        return self.searched.tried
 
     @property
     def fitter(self) -> LinkFitter:
@@ -86,7 +81,7 @@ def judge(searched: Searched, unseen: HeldOut | LeftOut) -> tuple[LinkModel, tup
     such as a lag of two sensors in the place of one of the command. The effects that are left are
     in the order of their gain.
     """
-    case = Case(searched, unseen, unseen.beyond_noise(searched.base))
+    case = Case(searched.tried, unseen, unseen.beyond_noise(searched.base))
     model, seen = searched.model, set[frozenset[str]]()
     while True:
         model, rests = needed_effects(case, model)

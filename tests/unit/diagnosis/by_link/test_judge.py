@@ -184,8 +184,7 @@ def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
     known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in effects])
     fitted = []
     steps = Steps(lambda done, most, what: fitted.append(what), 1)
-    searched, links = SimpleNamespace(tried=Tried(fitter, steps, known)), frozenset([AIR])
-    case = Case(searched, None, {})
+    case, links = Case(Tried(fitter, steps, known), None, {}), frozenset([AIR])
     one = Needed(delay, links, fitter.stated, 0.0, None, {})
     left = {AIR: SimpleNamespace(counts=more)}
     rival_fits(case, fitter.stated, one, left)

@@ -192,7 +192,7 @@ class Resembling(ToyChain):
 def test_a_number_of_the_rig_that_explains_an_effect_as_well_is_found(otherwise, explained):
     fitter = fitter_of(Resembling(otherwise))
     searched, unseen = search(fitter, EFFECTS, steps=STEPS), HeldOut(fitter)
-    case = judge.Case(searched, unseen, unseen.beyond_noise(searched.base))
+    case = judge.Case(searched.tried, unseen, unseen.beyond_noise(searched.base))
     model, (one,) = judge.needed_effects(case, searched.model)
     found = judge.number_instead(case, model, one)
     assert (found is not None) == explained
