@@ -117,14 +117,10 @@ def repair(
     effect_of: Mapping[str, str],
     origin: str,
 ) -> Repair:
-    """The repair by effects: all that was fitted, as entries of the rig's file.
+    """The repair of a rig without effects: all that was fitted, as entries of its file.
 
-    Args:
-        rig: without effects.
-        values: of the effects' and the refitted parameters [SI].
-        intervals: 95 % intervals [SI]; infinite ends, which are not written, if not known.
-        effect_of: parameter -> its effect; those of none were refitted.
-        origin: names of the recordings.
+    Values and 95 % intervals are in SI; infinite ends are not written. Parameters without an effect
+    in ``effect_of`` were refitted. ``origin`` names the recordings.
     """
     numbers: dict[str, Sourced] = {}
     known = {name: ends for name, ends in intervals.items() if all(map(math.isfinite, ends))}

@@ -104,13 +104,9 @@ def identified(
 ) -> Identified:
     """Split the parameter space, p parameters, into what is determined and what is not.
 
-    A prior determines a direction in which the data are flat if it is narrower than the range.
-
-    Args:
-        parameters: p of them.
-        place: the optimum in the unit cube, (p,).
-        jacobian: in units of the noise per range, without priors, (n, p).
-        information: of each parameter's prior, per squared range, (p,).
+    A prior determines a direction in which the data are flat if it is narrower than the range. The
+    optimum is a place (p,) in the unit cube; the Jacobian (n, p) is in units of the noise per
+    range, without priors; their information (p,) is per squared range.
     """
     count = len(parameters)
     norms = np.linalg.norm(jacobian, axis=0)

@@ -58,17 +58,14 @@ def fewest_units(alpha: float) -> int:
 def compare_paired(
     differences: FloatArray, *, covariance: FloatArray | None = None, seed: int = 0
 ) -> tuple[float, float]:
-    """The mean of some differences, and the p-value of one that is not above 0.
+    """The mean of some differences (n,), and the p-value of one that is not above 0.
 
-    The statistic is their sum over the root of their sum of squares, which is a function of
-    Student's t that increases with it.
-
-    Args:
-        differences: (n,) of the losses of two models on n units, or other values whose sign is
-            arbitrary if nothing is there, such as the scores of `pamsim.inference.row_tests`.
-        covariance: (n, n) of them under noise alone, up to a factor, where units are not
-            independent: flipped sums are then compared in units of their own standard deviation.
-        seed: random seed of the sign patterns, where they are drawn.
+    They are those of the losses of two models on n units, or other values whose sign is arbitrary
+    if nothing is there, such as the scores of `pamsim.inference.row_tests`. The statistic is their
+    sum over the root of their sum of squares, which is a function of Student's t that increases
+    with it. Where units are not independent, ``covariance`` (n, n) is that of the differences under
+    noise alone, up to a factor: flipped sums are then compared in units of their own standard
+    deviation.
 
     Raises:
         InputError: not (n,), or a value that is not finite.

@@ -185,13 +185,9 @@ def best_of_many_p_values(
     Under the model without extensions its residuals may stand in any order (Freedman and Lane
     1983). Every order is fitted with the Jacobians of all extensions, and only the best of them
     counts (Westfall and Young 1993), so that extensions with similar signatures are not counted
-    twice. A p-value counts the observed order among the drawn ones: it is never 0.
-
-    Args:
-        residual: (n,) of the model.
-        jacobian: (n, p) of the model.
-        extended: residual (n,) and Jacobian (n, p + q) of each extended model after its fit.
-        seed: random seed of the orders.
+    twice. A p-value counts the observed order among the drawn ones: it is never 0. The model has a
+    residual (n,) and a Jacobian (n, p), each extended one after its fit a residual (n,) and a
+    Jacobian (n, p + q).
     """
     count = residual.size
     # In the order of size, so that the order of a table's rows changes nothing.

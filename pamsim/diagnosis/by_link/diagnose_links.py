@@ -101,16 +101,8 @@ def diagnose_links(
     differs from log to log, are not seen in it, so that what is left cannot be decided: names are
     certain to the family at most.
 
-    Args:
-        rig: as it is.
-        trials: of it, with channels as it names them.
-        candidates: effects to try, in all of their forms.
-        held_out: names of the trials to judge by; none where every input was recorded once.
-        nuisance: rig parameters that are refitted with every effect, in each link by itself.
-        limits: from which an effect is claimed, and material.
-        seed: random seed of the sign flips, where they are drawn.
-        threads: simulations at a time; None for one per processor.
-        progress: called as each fit begins.
+    Trials have channels as the rig names them; none are held out where every input was recorded
+    once. The nuisance parameters are refitted with every effect, in each link by itself.
 
     Raises:
         InputError: for trials that do not fit the rig, nothing to fit, trials that are too short to

@@ -156,11 +156,8 @@ def remainders(
 ) -> dict[Link, Remainder]:
     """What a model leaves in the held-out units of every link.
 
-    Args:
-        rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
-        losses: mean square of the rows of every link in every unit, (u,).
-        limits: from which something counts.
-        seed: random seed of the sign flips.
+    ``rows`` are the whitened ones of every link: for each group of repeats and channel, trial ->
+    (n,); ``losses`` (u,) the mean square of the rows of every link in every unit.
     """
     misfits = {
         link: [repeated_misfit(one) for one in groups if len(one) > 1]

@@ -92,15 +92,9 @@ _WORDS = {
 """Form -> what it is, with its numbers."""
 
 _POWERS = {
-    "stiffness": (-1, 1),
-    "damping": (-1, 1),
+    **dict.fromkeys(("begin", "period", "speed", "middle", "width"), (1, 0)),
+    **dict.fromkeys(("stiffness", "damping", "slope"), (-1, 1)),
     "coefficient": (-2, 1),
-    "slope": (-1, 1),
-    "begin": (1, 0),
-    "period": (1, 0),
-    "speed": (1, 0),
-    "middle": (1, 0),
-    "width": (1, 0),
     "side": (0, 0),
 }
 """Number of a form -> power of the unit of the curve's places in it, and of its values; those of

@@ -40,13 +40,10 @@ _DETERMINED = 1e-9  # share of a row's variance below which a fit passes through
 
 
 class LeftOut:
-    """Rows, each predicted by a fit to the others.
+    """Rows of a fitter, each a unit of its own, each predicted by a fit to the others.
 
-    Args:
-        fitter: of all rows, each a unit of its own.
-        known: signatures of all that was tried on them.
-        near: weights of each row's neighbours, see `pamsim.inference.row_tests.nearest_units`.
-        seed: random seed of exchanges and sign flips.
+    ``known`` are signatures of all that was tried on them, ``near`` the weights of each row's
+    neighbours (`pamsim.inference.row_tests.nearest_units`).
 
     Raises:
         InputError: for units of several rows.

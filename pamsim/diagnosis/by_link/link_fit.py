@@ -94,14 +94,10 @@ class LinkModel:
 
 
 class LinkFitter:
-    """Fits to the units that are not judged.
+    """Fits to the units that are not judged; nuisance parameters have a value in every link.
 
-    Args:
-        simulator: of the links.
-        nuisance: rig parameters that have a value of their own in every link.
-        units: rows that are fitted.
-        finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
-        short: fine time steps in one of those that a fit ends in.
+    ``finer`` is a factor on the steps of finite differences, below 1 for residuals that are smooth,
+    ``short`` the number of fine time steps in one of those that a fit ends in.
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
