@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from leave_one_out import leave_one_out
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
@@ -22,7 +23,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.leave_one_out import leave_one_out
 from pamsim.inference.simulator_fit import Blocks, ResidualBlock, SimulatorFit
 from pamsim.papers.calibration_record import SMALL_STEPS
 from pamsim.papers.numerics import rms

@@ -5,9 +5,12 @@ import pytest
 
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import Prior
-from pamsim.inference.leave_one_out import FittedForm, leave_one_out, nested_leave_one_out
+from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
+from tests.records import script
 from tests.unit.core.refusals import refused
 from tests.unit.inference.closed_form_rigs import Rig, free, line_rig
+
+leave_one_out = script("leave_one_out").leave_one_out
 
 NOISE = 0.1
 PLACES = np.linspace(0.0, 2.0, 12)
