@@ -6,16 +6,11 @@ are searched (variable projection: Golub and Pereyra, SIAM Journal on Numerical 
 413-432). The six-parameter law so becomes a search over one number.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -26,7 +21,6 @@ from pamsim.core.units import FloatArray
 Curve = Callable[[FloatArray], FloatArray]
 """All coefficients, shape (k,), to the predictions, shape (n,)."""
 
-_lsq_linear: Any = scipy.optimize.lsq_linear
 _PROBES = 3  # random points at which a term must be linear
 _ROUNDING = 1e-8  # relative
 
@@ -138,7 +132,7 @@ def best_linear(
         # An exact active set: for a few coefficients twenty times as fast as an interior search. Of
         # itself it stops after as many steps as there are coefficients, which may be too few.
         options = {"method": "bvls", "max_iter": 100, "tol": 1e-12}
-        scaled = _lsq_linear(matrix / norms, target, bounds=(low, high), **options).x
+        scaled = scipy.optimize.lsq_linear(matrix / norms, target, bounds=(low, high), **options).x
     scaled = np.clip(scaled, low, high)
     full[chosen] = scaled / norms
     return full, base + (matrix / norms) @ scaled

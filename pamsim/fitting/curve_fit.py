@@ -1,13 +1,10 @@
 """Least squares of any curve with bounded coefficients: several starts, intervals, flags."""
 
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.special
@@ -23,8 +20,6 @@ from pamsim.inference.estimate import Estimate, Flag, without_intervals
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 from pamsim.inference.record_checks import finite_samples
 from pamsim.inference.shared_errors import errors_of_groups, shared_by_group
-
-_student_quantile: Any = scipy.special.stdtrit
 
 _STARTS = 8  # tried per coefficient that is searched
 _REFINED = 3  # starts that are followed to their end, of those tried
@@ -236,7 +231,7 @@ def _estimates(
         errors = [(np.sqrt(variance * np.diag(covariance)), np.full(inner.size, freedom))]
         if groups:
             errors = [errors_of_groups(own, residual, one, covariance) for one in groups]
-        widths = np.max([_student_quantile(nu, 0.975) * error for error, nu in errors], axis=0)
+        widths = np.max([scipy.special.stdtrit(nu, 0.975) * error for error, nu in errors], axis=0)
         flat[inner] = split.members
         half[inner] = np.where(split.members, np.nan, widths)
         for a in np.flatnonzero(~split.members).tolist():

@@ -1,7 +1,5 @@
 """Scores of a fitted curve: errors, information criteria, and errors at held-out points."""
 
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-
 from __future__ import annotations
 
 import math

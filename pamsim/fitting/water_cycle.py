@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -40,9 +40,6 @@ from pamsim.inference.bounded_least_squares import latin_hypercube
 
 _NEAR = 1e-3  # d_max at the start, share of the box
 _RAIN = 0.1  # mu of Eskandar's (10), variance of the rain near the sea, box units squared
-
-_least_squares: Any = scipy.optimize.least_squares
-_differential_evolution: Any = scipy.optimize.differential_evolution
 
 
 class WaterCycleResult(NamedTuple):
@@ -202,7 +199,7 @@ def compare_searches(
     water, evolution, squares = runs = [_Counted(residual) for _ in names]
     rng = np.random.default_rng(seed)
     water_cycle(water.cost, lower, upper, rng=rng, iterations=iterations)
-    _differential_evolution(
+    scipy.optimize.differential_evolution(
         evolution.cost,
         list(zip(lower, upper, strict=True)),
         rng=np.random.default_rng(seed),
@@ -213,7 +210,7 @@ def compare_searches(
     )
     spread = latin_hypercube(np.random.default_rng(seed), 11, lower.size)
     for start in (np.full(lower.size, 0.5), *spread):
-        _least_squares(
+        scipy.optimize.least_squares(
             squares.residual,
             lower + start * (upper - lower),
             bounds=(lower, upper),

@@ -22,7 +22,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -30,8 +29,6 @@ import scipy.linalg
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
-
-_helmert: Any = scipy.linalg.helmert
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +98,9 @@ def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
         InputError: no protocol was repeated.
     """
     # Helmert's contrasts: r - 1 independent series with the noise of the r repeats.
-    contrasts = [c for runs in protocols if len(runs) > 1 for c in _helmert(len(runs)) @ runs]
+    contrasts = [
+        c for runs in protocols if len(runs) > 1 for c in scipy.linalg.helmert(len(runs)) @ runs
+    ]
     if not contrasts:
         raise InputError(
             "no protocol was repeated, so the noise is not known; record one twice or more"

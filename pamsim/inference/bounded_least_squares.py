@@ -5,9 +5,6 @@ Every fit of the package goes through `bounded_least_squares`: a trust-region me
 coefficients that enter linearly it solves for within its residual (variable projection).
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -27,6 +24,7 @@ Jacobian = Callable[[FloatArray, FloatArray], FloatArray]
 """Place, shape (p,), and residual there, shape (n,), to the Jacobian, shape (n, p)."""
 GiveUp = Callable[[FloatArray, FloatArray], bool]
 """Residual (n,) and Jacobian (n, p) where a step has arrived to whether the search ends there."""
+
 _least_squares: Any = scipy.optimize.least_squares
 
 _INSIDE = 1e-9  # of the box: the solver wants its start strictly inside

@@ -43,7 +43,6 @@ from pamsim.inference.coloured_noise import (
 )
 from pamsim.inference.simulator_fit import BlockPlace, Linearisation
 
-_student_quantile: Any = scipy.special.stdtrit
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
 _FEWEST_DEGREES = 3
@@ -167,7 +166,7 @@ def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
     some = spread > 0.0
     effective = np.sum(variances, axis=0) ** 2 / np.where(some, spread, 1.0)
     degrees = np.minimum(np.where(some, effective, _MANY), _MANY)
-    return matrix, _student_quantile(degrees, 0.975)
+    return matrix, scipy.special.stdtrit(degrees, 0.975)
 
 
 def _method(

@@ -10,16 +10,12 @@ too narrow where groups are few.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples
-
-_f_tail: Any = scipy.special.fdtrc
 
 _TAKEN = 1e-10  # share of a direction of a group's errors that the fit leaves, below which none
 
@@ -41,7 +37,7 @@ def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
     within = float(np.sum((r - mean[index]) ** 2)) / inside
     if within == 0.0:
         return 1.0
-    return float(_f_tail(kinds.size - 1, inside, between / within))
+    return float(scipy.special.fdtrc(kinds.size - 1, inside, between / within))
 
 
 def errors_of_groups(
