@@ -1,12 +1,14 @@
 """The chain beside a muscle: compliance, play between two muscles, and the sprocket's teeth."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from pamsim.physics.chain import Chain, chain_length, chain_ratio, extension_rate, shift_rate
+from pamsim.physics.friction import Friction
 from pamsim.physics.record import pack
 from pamsim.physics.step_limits import chain_step_limit
 from tests.unit.physics.flat import gauge_pressure, kernel
@@ -48,6 +50,15 @@ def test_under_a_held_tension_the_extension_closes_in_on_what_the_chain_gives_pe
 
 
 # --- play on the sprocket between two muscles ----------------------------------------------------
+
+
+def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
+    chain = Chain(backlash=PLAY, seating_damping=DAMPING)
+    assert shift_rate(chain, 0.0, 130.0, 30.0, 1e-4) == pytest.approx(-0.1)
+    for start, pull, tooth in ((2e-4, 0.0, 3e-4), (-2.9e-4, 5e3, -3e-4), (3e-4, -9e9, 3e-4)):
+        at = start + 1e-2 * shift_rate(chain, start, pull, 40.0, 1e-2)
+        assert at == pytest.approx(tooth, rel=1e-12)
+    assert math.isnan(shift_rate(chain, 0.0, math.nan, 50.0, 1e-3))
 
 
 def test_elastic_teeth_give_beyond_the_play_per_pull_and_as_they_relax_in_time():
@@ -121,6 +132,17 @@ def test_a_pitch_on_the_chain_is_a_pitch_behind_it_and_in_between_it_ripples():
     grid = np.linspace(0.0, TEETH.ripple_pitch, 2001)
     off = [chain_length(TEETH, x) - x for x in grid.tolist()]
     assert (min(off), max(off)) == pytest.approx((-TEETH.ripple, TEETH.ripple), rel=1e-5)
+
+
+def test_the_tendon_pulls_with_the_muscles_force_times_the_ratio_of_the_teeth():
+    muscle = make("six_parameter", chain=TEETH, friction=Friction())
+    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
+    for x in (0.187, 0.19, 0.192):  # the work on the tendon is then that on the muscle
+        pull, ratio = kernel.tension(row, act, x), chain_ratio(TEETH, x)
+        outside = kernel.tendon_force(row, act, pull, x, 0.0, 5e-4)
+        assert pull > 10.0
+        assert abs(ratio - 1.0) > 0.02
+        assert outside == pytest.approx(ratio * pull, rel=1e-9)
 
 
 def test_a_muscle_moves_at_the_speed_behind_the_teeth():
