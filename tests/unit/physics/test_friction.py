@@ -91,6 +91,20 @@ def test_bonds_form_at_rest_are_torn_by_sliding_and_raise_the_breakaway_force():
     assert forces.max() == pytest.approx(8.0 + 0.6 * 4.0, rel=0.01)  # the share that is left
 
 
+@pytest.mark.parametrize("friction", [DAHL, LUGRE, AGED], ids=["dahl", "lugre", "aged"])
+def test_no_motion_gets_work_out_of_it(friction):
+    """Force times travel covers what is stored in the bristles, at every instant."""
+    rng = np.random.default_rng(6)
+    velocities = np.repeat(rng.normal(0.0, 8e-3, 400) * (rng.uniform(size=400) > 0.3), 5)
+    forces, _ = moved(friction, velocities.tolist(), step=1e-4)
+    level = friction.coulomb_force + friction.breakaway_force + friction.dwell_force
+    stored = 0.5 * forces**2 / (level / friction.presliding)
+    lost = np.cumsum(forces[1:] * velocities * 1e-4) - stored[1:]
+    assert np.diff(lost).min() > -1e-12
+    assert lost[-1] > 5.0 * stored.max()
+    assert np.abs(forces).max() <= level
+
+
 def test_the_stated_stiffness_is_the_slope_at_rest():
     tiny = 1e-12
     for friction in (DAHL, LUGRE, AGED):

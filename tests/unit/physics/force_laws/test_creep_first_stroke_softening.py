@@ -79,6 +79,15 @@ def test_the_first_stroke_takes_its_force_all_the_way_and_an_equal_one_at_its_en
     assert math.isnan(first_stroke_force(FIRST, math.nan, 0.1))
 
 
+def test_no_path_gets_work_out_of_a_first_stroke():
+    path = np.cumsum(np.random.default_rng(2).normal(0.0, 1e-3, 4000))
+    forces = strokes(path)
+    work = np.cumsum(0.5 * (forces[1:] + forces[:-1]) * np.diff(path))
+    held = 0.5 * FIRST.travel * forces**2 / FIRST.force
+    assert (work - held[1:]).min() > -0.05 * held.max()
+    assert work[-1] > 0.0
+
+
 def test_the_muscle_remembers_its_furthest_contraction_and_a_rest_makes_it_forget():
     this = muscle(first_stroke=FIRST)
     row, bare = (pack(one).tolist() for one in (this, muscle(first_stroke=FirstStroke())))

@@ -58,6 +58,17 @@ def test_the_sum_of_branches_meets_the_element_within_the_stated_bound():
         assert band_error(group) < bound, order
 
 
+def test_weights_are_positive_and_add_up_to_one():
+    """Positive weights make any such sum passive; the sum is the instantaneous stiffness."""
+    for order in (0.05, 0.27, 0.6, 0.95):
+        for branches, error in ((16, 5e-5), (64, 1e-7)):
+            group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches)
+            weights = [branch_weight(group, k) for k in range(branches)]
+            assert min(weights) > 0.0
+            if order <= 0.6:
+                assert math.fsum(weights) == pytest.approx(1.0, abs=error), order
+
+
 def test_engine_operator_follows_the_reference():
     """A motion with rests and turns, over two seconds."""
     step = 1e-3
@@ -66,6 +77,23 @@ def test_engine_operator_follows_the_reference():
     reference = simulate_fractional(x, step, ORDER, BETA, 1.0)
     found = np.array([0.0, *run(PUBLISHED, x[1:].tolist(), timestep=step)[0]])
     assert np.max(np.abs(found - reference)) < 2e-3 * np.max(np.abs(reference))
+
+
+@pytest.mark.parametrize("hertz", [3.5, 10.0])
+def test_simulated_loop_lies_on_the_printed_one(hertz):
+    """(13) within 1 % of F_0, after the slow branches have forgotten the start."""
+    omega, force, step = 2.0 * math.pi * hertz, 125.0, 1e-3
+    stiffness = complex_stiffness(omega, ORDER, BETA, STIFFNESS)
+    size, phase = force / abs(stiffness), cmath.phase(stiffness)
+    count = round(8.0 / hertz / step)
+    t = step * np.arange(1, count + 1)
+    # Displacement that gives F_0 sin(w t) in the end; it starts from zero, as the operator does.
+    x = size * np.sin(omega * t - phase)
+    ramp = np.minimum(1.0, t * hertz)
+    w = STIFFNESS * np.array(run(PUBLISHED, (ramp * x).tolist(), timestep=step)[0])
+    last = slice(count - round(1.0 / hertz / step), count)
+    distance = loop_distance(x[last], w[last], force, omega, ORDER, BETA, STIFFNESS)
+    assert np.max(np.abs(distance)) < 0.01
 
 
 def test_loop_points_are_where_the_paper_puts_them():
