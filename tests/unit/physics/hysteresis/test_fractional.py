@@ -58,6 +58,18 @@ def test_the_sum_of_branches_meets_the_element_within_the_stated_bound():
         assert band_error(group) < bound, order
 
 
+def test_the_outer_branches_have_the_mean_rates_of_the_tails_they_stand_for():
+    """Slow rates by their own mean, fast ones by that of their times: what a loop sees of each."""
+    for order in (0.2, 0.6):
+        group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0)
+        slow, fast = (branch_rate(group, group.state_count - k) for k in (2, 1))
+        tail = np.geomspace(1.0, 1e40, 100_001)
+        # The density is r^order below and r^-order above, per logarithm of the rate.
+        all_, first = (np.trapezoid(tail ** (-order - k), np.log(tail)) for k in (0, 1))
+        assert slow == pytest.approx(group.slowest_rate * first / all_, rel=1e-4), order
+        assert fast == pytest.approx(group.fastest_rate * all_ / first, rel=1e-4), order
+
+
 def test_weights_are_positive_and_add_up_to_one():
     """Positive weights make any such sum passive; the sum is the instantaneous stiffness."""
     for order in (0.05, 0.27, 0.6, 0.95):
