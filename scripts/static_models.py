@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from leave_one_out import leave_one_out
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
@@ -22,8 +21,9 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.simulator_fit import Blocks, ResidualBlock, SimulatorFit
+from pamsim.inference.free_parameter import FreeParameter, SearchScale
+from pamsim.inference.search import Priors
+from pamsim.inference.simulator_fit import Blocks, ResidualBlock, Simulate, SimulatorFit, stacked
 from pamsim.papers.calibration_record import SMALL_STEPS
 from pamsim.papers.numerics import rms
 from pamsim.papers.printed_steps import STARTS, printed_experiment
@@ -32,6 +32,8 @@ from pamsim.recordings.recording import Outcome, Recording
 
 _SAMPLE_RATE = 20.0
 """Of the simulated steps [Hz]: only their ends are looked at."""
+_SETTLED = 1e-3  # change of a parameter, in units of its range, at which a refit is done
+_MOST = 8  # iterations of a refit; two or three are usual
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,6 +155,57 @@ def fit_static_models(
         if report:
             report(results[-1])
     return tuple(results)
+
+
+def leave_one_out(
+    simulate: Simulate, parameters: Sequence[FreeParameter], fit: SimulatorFit
+) -> FloatArray:
+    """Predicted minus measured of each row by the fit to all others, (n,) [SI].
+
+    Every refit is a Gauss-Newton iteration with the Jacobian of the common optimum, which is close
+    to its own; all refits are simulated in one call per iteration. Rows must not be ordered in
+    time.
+
+    Raises:
+        InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.
+    """
+    linear = fit.linearisation
+    for place in linear.places:
+        if place.block.sample_interval is not None:
+            raise InputError(
+                f"trial {place.block.trial}: single samples of a record cannot be left out,"
+                " because their neighbours predict them; hold out whole trials"
+            )
+    count = linear.residual.size
+    if count <= len(parameters) + 1:
+        raise InputError(f"{count} rows less one do not determine {len(parameters)} parameters")
+    scale = SearchScale(parameters)
+    optimum = scale.to_unit(fit.values)
+    priors = Priors(parameters, scale)
+    jacobian = linear.jacobian * linear.weight[:, np.newaxis]
+    pull = priors(optimum)[1]
+
+    def step(i: int, residual: FloatArray, place: FloatArray) -> FloatArray:
+        keep = np.arange(count) != i
+        rows = np.vstack([jacobian[keep], pull])
+        miss = np.concatenate([(residual * linear.weight)[keep], priors(place)[0]])
+        return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
+
+    at, left = np.tile(optimum, (count, 1)), np.tile(linear.residual, (count, 1))
+    for _ in range(_MOST):
+        moved = np.stack([step(i, left[i], at[i]) for i in range(count)])
+        change = float(np.max(np.abs(moved - at)))
+        at = moved
+        for i, blocks in enumerate(simulate(scale.from_unit(at))):
+            residual = stacked(blocks, linear.places)
+            if residual is None:
+                raise InputError(
+                    f"without row {i + 1} the fit leaves the range that can be simulated"
+                )
+            left[i] = residual
+        if change < _SETTLED:
+            break
+    return np.diag(left).copy()
 
 
 def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:

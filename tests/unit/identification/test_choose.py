@@ -16,7 +16,6 @@ from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
 from pamsim.identification.status import FitStatus, _undamped
 from pamsim.identification.structure_scan import rough_fit
-from tests.unit.core.refusals import cases
 from tests.unit.identification.planted import (
     coloured,
     cut_out,
@@ -283,7 +282,7 @@ SPANNED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("other", "found", "gain", "late"), cases(SPANNED))
+@pytest.mark.parametrize(("other", "found", "gain", "late"), SPANNED.values(), ids=SPANNED)
 def test_gains_and_dead_times_span_what_the_data_do_not_reject(
     monkeypatch, other, found, gain, late
 ):
