@@ -34,12 +34,18 @@ def test_intervals_of_identification_and_calibration_cover():
     """Over 200 records, or calibrations, of each kind."""
     recovery = recorded("results/identify_study")["recovery"]
     calibrated = recorded("results/calibrate_study")
+    growing = [one["parameters"].values() for one in recovery.values() if "exponent" in one]
+    held = [row["coverage_percent"] for rows in growing for row in rows]
+    assert len(held) == 12
+    quoted("validation", f"hold in {min(held):.1f} to {max(held):.1f} % of 200 records each.")
     for name, found in [*recovery.items(), *calibrated["coverage"].items()]:
         assert found["runs"] == 200
         assert found.get("dead_time_within_one_sample_percent", 100.0) > 95.0
         few = name == "coloured 0.1 s, one trial"  # the page states about nine in ten
+        # Slow noise has few independent samples: Student's quantile is on the safe side.
+        most = 99.0 if "exponent" in found else 98.0
         for parameter, row in found["parameters"].items():
-            assert (89.0 if few else 90.0) <= row["coverage_percent"] <= 98.0, (name, parameter)
+            assert (89.0 if few else 90.0) <= row["coverage_percent"] <= most, (name, parameter)
     for head, ending in (("four times", ""), ("once, for 1.5 s", ", one trial")):
         cells = [head]
         for noise in ("white", "coloured 0.1 s"):
