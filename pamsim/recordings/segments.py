@@ -75,6 +75,11 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
                 f"{where}: no period of {length:g} s fits into {end:g} s after a lead-in of"
                 f" {lead:g} s"
             )
+        if count * FEWEST_ROWS > trial.time.size:
+            raise InputError(
+                f"{where}: of periods of {length:g} s, some have fewer than the {FEWEST_ROWS} rows"
+                " that a trial needs; give a longer period"
+            )
         spans = [(lead + k * length, lead + (k + 1) * length) for k in range(count)]
     elif segments:
         spans = spans_of(segments, f"{where}: segments")

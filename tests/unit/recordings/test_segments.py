@@ -107,6 +107,7 @@ def test_what_is_not_in_the_log_is_refused():
         "both": ({"period": "2 s", "segments": [[0, 1]]}, "not both"),
         "long": ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
         "no length": ({"period": "0 s"}, "no period"),
+        "no rows": ({"period": "1e-9 s"}, "of periods of 1e-09 s, some have fewer than the 8 rows"),
         "negative": ({"lead_in": "-1 s"}, "0 s or more"),
         "backwards": ({"segments": [[5, 4]]}, "write the earlier time first"),
         "no pair": ({"segments": [[5]]}, "pairs of times"),
