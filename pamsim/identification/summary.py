@@ -19,6 +19,11 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
     for model in result["models"]:
         recommended = model["name"] == result["recommended"]
         yield from _model_lines(model, recommended, result["output"]["unit"])
+    if result.get("scan") and result["models"]:
+        yield (
+            "structure chosen by these data: about nine in ten of the 95 % intervals of gains and"
+            " dead times hold"
+        )
     for name, reason in result["skipped"].items():
         yield f"not fitted: {name}: {reason}"
     if result["local"] is not None:

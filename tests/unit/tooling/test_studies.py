@@ -9,7 +9,7 @@ import pytest
 
 import pamsim
 from pamsim.identification.records import SignalRecord
-from tests.records import SCRIPTS, page, recorded, script, words
+from tests.records import SCRIPTS, page, quoted, recorded, script, words
 from tests.unit.identification.planted import fit_continuous
 
 
@@ -144,6 +144,11 @@ def test_the_counts_of_planted_systems_are_those_of_the_record():
         found = [s["scores"][score] for s in (study, two)]
         cells = [f"{one['hits']} of {one['count']}" for one in found]
         assert f"| {label} | {' | '.join(cells)} |" in text
+    after = [s["scores"][f"{one}_after_choice_that_hold"] for s in (study, two) for one in "KL"]
+    shares = [one["hits"] / one["count"] for one in after]
+    assert min(shares) >= 0.88  # the command, its page and docs/identify.md say nine in ten
+    assert max(shares) <= 0.96
+    quoted("identify", "About nine in ten of these intervals [hold]")
     right = [row for row in two["rows"] if row["found"]["poles"] == row["poles"]]
     zeros, late = (
         sum(row["found"][what] == row[what] for row in right) for what in ("zeros", "dead_time")
