@@ -10,7 +10,7 @@ from tests.records import script
 from tests.unit.core.refusals import refused
 from tests.unit.inference.closed_form_rigs import Rig, free, line_rig
 
-leave_one_out = script("leave_one_out").leave_one_out
+leave_one_out = script("static_models").leave_one_out
 
 NOISE = 0.1
 PLACES = np.linspace(0.0, 2.0, 12)
