@@ -75,7 +75,8 @@ def fit(
         held_out = checked_records([*data, *held_out])[len(data) :]
     problem, known = structure.problem(data), structure.held(held or {})
     _require_samples(data, structure)
-    at = _searched(problem, known, starts or starts_of(structure, data), weights)
+    pinned = _by_whole_samples(structure, data)
+    at = _searched(problem, known, starts or starts_of(structure, data), weights, pinned)
     latest: dict[int, float] = {}
     absent: dict[int, int] = {}
     while not isinstance(data, FrequencyRecord) and (late := _not_shown(structure, at, absent)):
@@ -90,9 +91,14 @@ def fit(
         absent |= late
         rest = replace(structure, undelayed=(*structure.undelayed, *absent.values()))
         start = np.delete(at.coordinates[: structure.searched], [*absent])
-        at = _searched(rest.problem(data), known, [start], weights)
+        at = _searched(rest.problem(data), known, [start], weights, pinned)
         back = np.delete(np.eye(structure.unknowns), [*absent], axis=1)
         at = at.moved(np.zeros(structure.unknowns), back)
+    if pinned and at.covariance is not None and not isinstance(data, FrequencyRecord):
+        # All delays within one sample are the same to a held input.
+        half = 0.5 * time_range(data)[0]
+        shown = [place for place in range(structure.searched) if place not in absent]
+        at.covariance[shown, shown] = (half / at.quantile) ** 2
     facts = _facts(data, structure, at, held_out, problem, known)
     units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
     found = IdentifiedModel(
@@ -109,11 +115,41 @@ def fit(
     return replace(found, **judged(found, data, latest, white)._asdict())
 
 
+def _by_whole_samples(structure: Structure, data: Data) -> bool:
+    """Whether the output has no slope along dead times: a gain repeats a held input's samples."""
+    return (
+        isinstance(structure, ContinuousStructure)
+        and structure.order + structure.integrators == 0
+        and not isinstance(data, FrequencyRecord)
+        and all(record.holds[i] == "zoh" for record in data for i in structure.delayed)
+    )
+
+
 def _searched(
-    problem: Separable, known: Held, starts: Sequence[FloatArray], weights: Weights
+    problem: Separable,
+    known: Held,
+    starts: Sequence[FloatArray],
+    weights: Weights,
+    pinned: bool = False,
 ) -> Optimum:
-    """The optimum, all that is held included."""
+    """The optimum, all that is held included.
+
+    With ``pinned`` x has no slope, so that the best of the starts is where the search ends. Its
+    variance is 0.
+    """
     at = fit_separable(problem.holding(known), starts, weights)
+    if pinned and problem.lower.size:
+        x = at.coordinates[: problem.lower.size]
+        rest = replace(
+            problem,
+            shared=lambda _, i: problem.shared(x, i),
+            own=lambda _, i: problem.own(x, i),
+            lower=np.empty(0),
+            upper=np.empty(0),
+        )
+        at = fit_separable(rest.holding(known), [np.empty(0)], weights)
+        count = at.coordinates.size
+        at = at.moved(np.append(x, np.zeros(count)), np.eye(x.size + count, count, -x.size))
     return at if known.nothing else known.optimum(at)
 
 

@@ -26,6 +26,7 @@ from pamsim.identification.records import (
 from pamsim.identification.separable import column_scale, minimise, scaled_solution
 
 _lfilter: Any = scipy.signal.lfilter
+_correlate: Any = scipy.signal.correlate
 
 # Counts of start values per pole coordinate: fewer where the combinations multiply.
 _LAGS = {0: 1, 1: 12, 2: 8, 3: 7, 4: 6, 5: 6, 6: 6}
@@ -86,6 +87,8 @@ def _grid(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> li
     most = 0.25 * min(record.duration for record in records)
     delays = [0.0, *np.geomspace(1.5 * shortest, max(most, 3.0 * shortest), _DELAYS)]
     late = delay_starts(delays, len(structure.delayed))
+    if structure.order + structure.integrators == 0:
+        late = [*matching_delays(structure, records, most), *late]
     return [np.append(p, delay) for p, delay in product(poles, late)]
 
 
@@ -102,6 +105,29 @@ def delay_starts(delays: Sequence[float], count: int) -> list[FloatArray]:
         for i in range(count)
         for delay in delays[1:]
     ]
+
+
+def matching_delays(
+    structure: ContinuousStructure, records: Sequence[SignalRecord], most: float
+) -> list[FloatArray]:
+    """Return dead times up to one [s] with which inputs, or their changes, match the output best.
+
+    A gain has no lag that smooths the cost: that has a minimum, or a step, at every sample. The
+    middles of the samples before and after the best match are returned, of the longest record.
+    """
+    record = max(records, key=lambda each: each.output.size)
+    lags = int(most / record.sample_time)
+    starts: list[FloatArray] = []
+    for change in (0, 1):
+        output = np.diff(record.output - np.mean(record.output), n=change)
+        best: list[int] = []
+        for i in structure.delayed:
+            given = np.diff(record.inputs[:, i] - np.mean(record.inputs[:, i]), n=change)
+            match = _correlate(output, given, method="fft")[given.size - 1 :]
+            best.append(int(np.argmax(np.abs(match[: lags + 1]))))
+        middle = (np.array(best) - 0.5) * record.sample_time
+        starts += [late for late in (middle, middle + record.sample_time) if np.all(late > 0.0)]
+    return starts
 
 
 def _filtered(structure: DiscreteStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:

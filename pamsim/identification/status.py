@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ _VAGUE = 3.0  # factor up or down, beyond which a parameter of the poles is not 
 _EQUAL = 1e-6  # of logarithms of time constants: a search resolves no smaller difference
 _AT_BOUND = 1e-3  # distance from the bound of a logarithm
 _LOST = 5.0  # points of fit percent from prediction to free run
+_LEVEL = 0.05  # p-value above which chance explains a gain
 _CORRELATED = 0.5  # of residuals at one sample, from which white intervals are too narrow
 
 
@@ -67,6 +69,8 @@ def _objections(fit: IdentifiedModel, data: Data) -> Iterator[Verdict]:
         yield Verdict("the Jacobian is singular: parameters are not identifiable")
     if isinstance(structure, DiscreteStructure):
         return
+    if records is not None and structure.order + structure.integrators == 0:
+        yield from _best_of_many(fit, structure, records)
     if structure.integrators and records is not None:
         yield from _cancelled_integrator(fit, structure, time_range(records)[1])
     if isinstance(data, FrequencyRecord):
@@ -150,6 +154,25 @@ def _not_measured(
         )
     if structure.dead_time and fit.dead_time <= 0.0:
         yield Verdict("no dead time is detected: leave it out")
+
+
+def _best_of_many(
+    fit: IdentifiedModel, structure: ContinuousStructure, records: Sequence[SignalRecord]
+) -> Iterator[Verdict]:
+    """A late gain no larger than chance makes that of the best of all dead times (Bonferroni)."""
+    tried = max(record.output.size for record in records)
+    for place, i in structure.delay_places.items():
+        gain, late = structure.coefficients(i).start, float(fit.coordinates[place])
+        half = fit.half_width(fit.unit(gain))
+        if late <= 0.0 or not half:
+            continue
+        errors = fit.quantile * abs(float(fit.coordinates[gain])) / half
+        if tried * math.erfc(errors / math.sqrt(2.0)) > _LEVEL:
+            yield Verdict(
+                f"L{structure.marks[i]} = {late:.3g} s: the best of {tried} dead times has such a"
+                " gain by chance alone: the input explains nothing of the output",
+                refuted=True,
+            )
 
 
 def _cancelled_integrator(

@@ -18,6 +18,7 @@ from pamsim.identification.separable import Solution, rough_minimum
 from pamsim.identification.starts import (
     delay_starts,
     instrumental_variable_starts,
+    matching_delays,
     pole_coordinates,
 )
 from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
@@ -164,9 +165,12 @@ class StructureScan:
         most = 0.25 * min(record.duration for record in self.records)
         delays = [0.5 * shortest, *np.geomspace(1.5 * shortest, most, _DELAYS)]
         late = delay_starts(delays, fit.structure.inputs)
+        structure = replace(fit.structure, dead_time=True)
+        if structure.order + structure.integrators == 0:
+            late = [*matching_delays(structure, self.records, most), *late]
         starts = [np.append(fit.x, delay) for delay in late]
         starts = starts if near is None else [near.x, *starts]
-        return self.fit(replace(fit.structure, dead_time=True), starts)
+        return self.fit(structure, starts)
 
     def near_the_best(self) -> None:
         """Fit what the way of the scan may have missed, beside every fit that may be chosen.

@@ -110,6 +110,36 @@ def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("late", "hold"), [(4, "zoh"), (1, "zoh"), (7, "foh")])
+def test_a_gain_that_comes_late_is_chosen_with_all_its_dead_times(late, hold):
+    draw = np.random.default_rng(21)
+    given = draw.choice([-1.0, 1.0], 60).repeat(10)
+    if hold == "foh":
+        given = np.convolve(given, np.ones(8) / 8.0, "same")
+    output = 3.0 * np.append(np.full(late, given[0]), given[:-late]) + 0.1 * draw.normal(size=600)
+    record = SignalRecord("late", TS * np.arange(600), given, output, holds=(hold,))
+    _, chosen, best = identified(record, "auto")
+    assert chosen.name == "gain_dead_time"
+    low, high = best["L"].interval95
+    if hold == "zoh":
+        assert (low, high) == pytest.approx((TS * (late - 1), TS * late))
+    else:
+        assert low < TS * late < high < low + 0.2 * TS
+    assert best["K"].interval95[0] < 3.0 < best["K"].interval95[1]
+
+
+def test_chance_finds_no_dead_time_of_an_input_without_effect():
+    late = 0
+    for seed in range(10):
+        draw = np.random.default_rng(seed)
+        given, output = draw.choice([-1.0, 1.0], 40).repeat(10), draw.normal(size=400)
+        record = SignalRecord("none", TS * np.arange(400), given, output)
+        fit = fit_continuous([record], order=0, dead_time=True, real_lags=False, start="free")
+        late += fit.status is FitStatus.CONVERGED and fit.dead_time > 0.0
+        assert fit.covariance is not None
+    assert late <= 1
+
+
 def test_slow_noise_is_not_taken_for_poles():
     right = 0
     for seed in range(6):
