@@ -226,17 +226,25 @@ def _is_date(cell: str) -> bool:
 
 
 def _even(time: FloatArray, cells: Iterable[str]) -> FloatArray:
-    """The even clock that reads like this if its times are rounded as written; else this."""
+    """The even clock, of which rows may be missing, that reads like this if rounded as written.
+
+    This if there is none.
+    """
     if time.size < 3:
         return time
-    slope, start = np.polyfit(np.arange(time.size), time - time[0], 1)
-    even = time[0] + start + slope * np.arange(time.size)
-    off = np.abs(time - even)
-    if np.max(off) <= _EVEN * slope:
-        return even
     place = np.array([_last_place(cell) for cell in cells])
-    # Where a row is missing from a finely written clock, the distance is greater.
-    return even if np.median(place) <= 0.5 * slope and np.all(off <= 0.75 * place) else time
+    steps = np.diff(time)
+    missing = np.append(0.0, np.cumsum(np.maximum(np.round(steps / np.median(steps)), 1.0)))
+    for rows in (np.arange(time.size), missing):
+        slope, start = np.polyfit(rows, time - time[0], 1)
+        even = time[0] + start + slope * rows
+        off = np.abs(time - even)
+        if np.max(off) <= _EVEN * slope:
+            return even
+        # Where a row is missing from a finely written clock, the distance is greater.
+        if np.median(place) <= 0.5 * slope and np.all(off <= 0.75 * place):
+            return even
+    return time
 
 
 def _last_place(cell: str) -> float:

@@ -155,8 +155,9 @@ def chosen_signals(
         # One of them may be given, as it stands.
         if len(pair) != 2 or not {*given, explained} - {None} <= set(pair) or len(given) > 1:
             # With why a column that one might have meant is no signal.
-            reasons = list(_unreadable(tables).values())
-            raise InputError("; ".join([str(error), *reasons[:1]])) from None
+            reasons = list(_unreadable(tables).values())[:1]
+            texts = [str(error), *reasons] if len(have) > 1 or not reasons else reasons
+            raise InputError("; ".join(texts)) from None
     first, second = pair
     if second in given or explained == first:
         first, second = second, first
@@ -252,7 +253,8 @@ def used_trial(
     steps = np.diff(time)
     interval, note = float(np.median(steps)), ""
     if np.max(np.abs(steps - np.mean(steps))) > UNIFORM_TOLERANCE * np.mean(steps):
-        even = np.arange(int((time[-1] - time[0]) / interval) + 1) * interval + time[0]
+        count = int((time[-1] - time[0]) / interval * (1.0 + 1e-12)) + 1
+        even = time[0] + interval * np.arange(count)
         # A held command is that of the last row; a measured signal is interpolated.
         last = np.maximum(np.searchsorted(time, even * (1.0 + 1e-12), side="right") - 1, 0)
         pairs = zip(given.T, held, strict=True)
@@ -261,6 +263,11 @@ def used_trial(
         )
         output = np.interp(even, time, output)
         note = f"{table.name}: interpolated to a uniform step of {interval:.4g} s"
+        if even.size > time.size:
+            note += (
+                f"; {even.size - time.size} of {even.size} rows are missing, and an input may have"
+                " changed in one: poles and dead times of a few steps may be wrong"
+            )
         time = even
     at_rest = [
         _at_rest(table, into, values) if still else float(values[0])

@@ -232,3 +232,20 @@ def test_what_cannot_be_read_is_one_clear_line(path):
         record(path, **how)
 
     all_refused(BAD, read)
+
+
+def test_a_gap_is_not_hidden_behind_what_it_leads_to(path):
+    path.write_text("t,u,y\n" + HOLE)
+    refuses(rf"^\S*{path.name}: line 7: y is empty", record, path)
+
+
+def test_rows_that_a_rounded_clock_lacks_leave_the_others_as_they_were(path):
+    draw = np.random.default_rng(3)
+    rows = np.flatnonzero(np.append(True, draw.random(299) > 0.1))
+    u, y = np.floor(rows / 20) % 2, draw.normal(size=rows.size)
+    lines = (f"{k / 30:.3f},{a:g},{b:.9f}" for k, a, b in zip(rows, u, y, strict=True))
+    path.write_text("t,u,y\n" + "\n".join(lines))
+    found, _ = record(path)
+    assert found.sample_time == pytest.approx(1.0 / 30.0, rel=1e-4)
+    np.testing.assert_allclose(found.output[rows], y, atol=1e-6)
+    np.testing.assert_array_equal(found.input[rows], u)
