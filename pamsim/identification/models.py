@@ -349,6 +349,12 @@ def recommend(
     if best:
         one = ranked[names.index(best)]
         missing = what_is_missing(one.fit, records, one.adequate)
+        unstable = [c.name for c in candidates if _unstable_in_closed_loop(c.fit, records)]
+        if unstable:  # residuals of a stable model do not tell what else is missing
+            missing = (
+                f"the plant may be unstable, in a closed loop: {unstable[0]} has a pole outside the"
+                " unit circle, and all continuous models are stable"
+            )
         if one.fit.status is not FitStatus.CONVERGED:
             vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
             missing = f"{vague}; {missing}" if missing else vague
@@ -358,6 +364,27 @@ def recommend(
         missing=missing,
         aicc=dict(zip(names, by_criterion.scores, strict=True)),
         effective_samples=by_criterion.effective,
+    )
+
+
+def _unstable_in_closed_loop(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> bool:
+    """Whether a pole of an ARX model would let noise grow beyond the output within its trial.
+
+    By the lower end of the pole's interval. The output of two integrators grows, too, but not so.
+    """
+    structure = fit.structure
+    if not isinstance(structure, DiscreteStructure) or structure.kind != "arx":
+        return False
+
+    def largest(coordinates: FloatArray) -> FloatArray:
+        return np.max(np.abs(np.roots(structure.denominator(coordinates))), keepdims=True)
+
+    half = fit.half_widths(largest)
+    least = 0.0 if half is None else float(largest(fit.coordinates)[0] - half[0])
+    noise = float(np.sqrt(fit.noise.variance))
+    return min(least - 1.0, noise) > 0.0 and any(
+        record.output.size * np.log(least) > np.log(np.ptp(record.output) / noise)
+        for record in records
     )
 
 

@@ -257,8 +257,21 @@ def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequ
     """Describe what a continuous model is missing; empty if nothing is.
 
     That is a nonlinearity where the fitted records show it, else linear dynamics if the model is
-    not adequate: past inputs explain part of its residuals.
+    not adequate: past inputs explain part of its residuals. Either may be rounding alone.
     """
+    found = _what_explains(fit, records, adequate)
+    readings = (np.diff(np.unique(record.output)) for record in records)
+    pairs = zip(fit.trials, readings, strict=True)
+    if found and all(score.rms <= 0.5 * float(np.min(steps)) for score, steps in pairs):
+        found += (
+            "; the residuals are no larger than half a step of the output's readings, so that"
+            " rounding may explain this"
+        )
+    return found
+
+
+def _what_explains(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:
+    """What explains part of the residuals, as a sentence; empty if nothing does."""
     try:
         test = residual_nonlinearity(fit, records)
     except InputError:

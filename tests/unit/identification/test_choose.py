@@ -13,7 +13,7 @@ from pamsim.identification.choose import by_free_run, p_value_of_improvement, sp
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import Candidate, ModelSet, fit_models, recommend
 from pamsim.identification.records import SignalRecord
-from pamsim.identification.residual_tests import residual_nonlinearity
+from pamsim.identification.residual_tests import residual_nonlinearity, what_is_missing
 from pamsim.identification.status import FitStatus, _undamped
 from pamsim.identification.structure_scan import rough_fit
 from tests.unit.identification.planted import (
@@ -109,7 +109,29 @@ def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
     assert by_free_run([fit], [record], []).judged_by == "AICc"
 
 
-@pytest.mark.slow
+def test_an_unstable_plant_in_closed_loop_is_not_called_nonlinear():
+    draw = np.random.default_rng(22)
+    reference, pole = draw.choice([-1.0, 1.0], 20).repeat(30), np.exp(TS / 0.8)
+    given, output, state = np.zeros(600), np.zeros(600), 0.0
+    for k in range(600):
+        output[k] = state + 0.02 * draw.normal()
+        given[k] = 3.0 * (reference[k] - output[k])
+        state = pole * state + (pole - 1.0) * given[k]
+    record = SignalRecord("balanced", TS * np.arange(600), given, output)
+    _, chosen, _ = identified(record)
+    assert chosen.name == ""
+    assert "may be unstable, in a closed loop: arx_1_1_1 has a pole" in chosen.missing
+    assert "not linear" not in chosen.missing
+
+
+def test_what_rounding_may_explain_is_said():
+    noisy = cut_out(*LAG, 3)
+    for given, rounds in ((noisy, False), (replace(noisy, output=noisy.output.round(0)), True)):
+        fit = fit_continuous([given], order=1, start="free")
+        missing = what_is_missing(fit, [given], adequate=False)
+        assert missing.endswith("rounding may explain this") is rounds
+
+
 @pytest.mark.parametrize(("late", "hold"), [(4, "zoh"), (1, "zoh"), (7, "foh")])
 def test_a_gain_that_comes_late_is_chosen_with_all_its_dead_times(late, hold):
     draw = np.random.default_rng(21)
@@ -140,6 +162,7 @@ def test_chance_finds_no_dead_time_of_an_input_without_effect():
     assert late <= 1
 
 
+@pytest.mark.slow
 def test_slow_noise_is_not_taken_for_poles():
     right = 0
     for seed in range(6):
