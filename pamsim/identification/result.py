@@ -141,11 +141,11 @@ class Identification(IdentificationResult):
         """Signals, residuals and responses of the shown model, for figures."""
         fit, both = self.shown.fit, (*self.used, *self.held_out)
         rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
+        latest = max(channel.dead_time for channel in fit.channels)
         if rates.size == 0:  # a gain, or integrators alone
-            rates = np.array([1.0 / max(trial.record.duration for trial in self.used)])
+            rates = np.array([1.0 / (latest or max(one.record.duration for one in self.used))])
         slow, fast = float(np.min(rates)), float(np.max(rates))
         nyquist = float(np.pi / min(trial.record.sample_time for trial in self.used))
-        latest = max(channel.dead_time for channel in fit.channels)
         times = np.linspace(0.0, _STEP_LENGTH / slow + latest, _POINTS)
         high = max(min(_ABOVE * fast, nyquist), 10.0 * slow)
         frequencies = np.geomspace(_BELOW * slow, high, _POINTS)

@@ -193,3 +193,12 @@ def test_another_day_in_other_units_is_converted_or_refused(tmp_path):
     np.testing.assert_allclose(other, same, rtol=1e-9)
     refuses("'y' is in mm, in the fitted", found.predict, written("mm.csv", "s,kPa,mm", 100.0))
     refuses("'u' is in 1, in the fitted", found.predict, written("none.csv", "", 100.0))
+
+
+def test_the_step_response_of_a_late_gain_shows_its_dead_time(tmp_path):
+    given = np.random.default_rng(5).choice([-1.0, 1.0], 40).repeat(10)
+    late = np.append(np.full(3, given[0]), given[:-3])
+    path = log(tmp_path / "late.csv", "time_s,u,y", 0.1 * np.arange(400), given, 2.0 * late)
+    found = identify(path, **{**FEW, "order": 0, "dead_time": "free"})
+    (step,) = found.curves().steps
+    assert np.mean(step.output == 0.0) > 0.1
