@@ -81,8 +81,7 @@ def fit(
     if model is not None and model not in suits:
         use = repr(suits[0]) if kind in LOOP_MODELS else f"one of {', '.join(suits)}"
         raise InputError(
-            f"{file} is a {kind.replace('_', ' ')}: model {model!r} does not describe one;"
-            f" use {use}"
+            f"{file} ({kind.replace('_', ' ')}): model {model!r} does not describe it; use {use}"
         )
     if isinstance(table, ForceMap):
         if drop_zeros:

@@ -249,8 +249,11 @@ def unsuitable(law: ForceLaw, table: ForceMap) -> str:
     """Why a law cannot describe a map; empty if it can."""
     if law.name in _NO_TENSION:
         return _NO_TENSION[law.name]
-    if law.pushes and np.max(table.force) > 0.0:
-        return "pushes, and the forces of the map pull"
+    pushed = bool(np.sum(table.force) < 0.0)
+    if law.pushes and not pushed:
+        return "pushes, and the forces of the map pull: state a push as negative"
+    if pushed and not law.pushes:
+        return "pulls, and the forces of the map push: state a pull as positive"
     if law.pressure_range is None and np.ptp(table.pressure) > 0.01 * np.max(table.pressure):
         return "holds at one pressure, the map has several"
     return ""

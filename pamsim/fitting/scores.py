@@ -112,7 +112,8 @@ def leave_one_group_out(
     kinds = np.unique(label)
     if kinds.size < 2:
         raise InputError(
-            f"all points share one {by}: `hold_out` leaves nothing to fit; hold out none"
+            f"all points share one {by}, and holding it out leaves nothing to fit; give another"
+            " `hold_out`, or none"
         )
     residual = np.full(y.size, np.nan)
     errors = np.full(kinds.size, np.nan)

@@ -17,11 +17,13 @@ from pamsim.fitting.force_map import (
     law_coefficients,
     law_curve,
     named_law,
+    unsuitable,
     warnings_about,
 )
 from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.physics.braid import Braid
-from pamsim.recordings.measured_table import read_measured
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.recordings.measured_table import ForceMap, read_measured
 from pamsim.recordings.printed import loop_equation
 from pamsim.recordings.rig_file import shipped_rigs
 from tests.unit.report.page_laws import check_page
@@ -246,6 +248,25 @@ def test_the_scale_is_held_where_other_coefficients_have_the_same_effect(run):
     assert [(h[0], float(h[1])) for h in shown] == [("scale", 1.0), ("b", 300.0), ("e", 0.00294)]
 
 
+def test_a_map_is_fitted_by_laws_that_push_or_by_those_that_pull_and_not_by_both(dmsp_20):
+    reversed_map = dataclasses.replace(dmsp_20, force=-dmsp_20.force)
+    for name, law in FORCE_LAWS.items():
+        if name not in {"elastic_energy", "single_pressure_exponential"}:
+            assert bool(unsuitable(law, dmsp_20)) is law.pushes, name
+            assert bool(unsuitable(law, reversed_map)) is not law.pushes, name
+    bellows = named_law("effective_area")
+    braid = dataclasses.replace(BRAID, nominal_length=0.1)
+    pressure, kappa = (x.ravel() for x in np.meshgrid(np.linspace(0.0, 3e5, 4), [-0.4, 0.0, 0.4]))
+    planted = (1.0, 5e-4, 300.0)
+    force = [bellows.force(p, k, planted, braid) for p, k in zip(pressure, kappa, strict=True)]
+    assert min(force) < 0.0 < max(force)  # stretched and empty, it pulls
+    table = ForceMap(
+        pressure=pressure, contraction=kappa, force=np.array(force), nominal_length=None
+    )
+    found = fitted(table, "effective_area", braid).fit
+    assert found.values == pytest.approx(planted, rel=1e-6)
+
+
 ONE_LAW = (DMSP_20, "--model", "six_parameter")
 
 
@@ -257,7 +278,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, run):
         ([DMSP_20], "or --compare for all of them"),
         ([*ONE_LAW, "--compare"], "or --compare for all of them"),
         ([DMSP_20, "--model", "six_parametre"], "did you mean 'six_parameter'"),
-        ([DMSP_20, "--model", "arctangent"], "is a force map: model 'arctangent' does not"),
+        ([DMSP_20, "--model", "arctangent"], "(force map): model 'arctangent' does not"),
         ([DMSP_20, "--compare", "--hold-out", "lengths"], "did you mean 'length'"),
         ([DMSP_20, "--model", "single_pressure_exponential"], "holds at one pressure"),
         ([DMSP_20, "--model", "elastic_energy"], "counts from a working point"),
