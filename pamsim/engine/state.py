@@ -8,6 +8,7 @@ from there to where the whole rig rests; `quieten` ends that under the command t
 from __future__ import annotations
 
 import math
+import traceback
 from collections.abc import Iterator, Sequence
 
 import mujoco
@@ -64,7 +65,7 @@ def reset(
 
     Raises:
         InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
-            longer than its fibres or has no volume where it is.
+            longer than its fibres or has no volume where it is, or its law fails there.
     """
     mujoco.mj_resetData(model, data)
     charge(model, data, pressures)
@@ -88,8 +89,16 @@ def charge(
     measure_tendons(model, data)
     muscles = _muscles(model, data)
     for index, pressure, (m, act, length) in zip(ids, wanted.tolist(), muscles, strict=True):
-        _check_length(model.actuator(index).name, m, length, pressure)
-        states = rest_state.rest(m, len(act), length, pressure)
+        name = model.actuator(index).name
+        _check_length(name, m, length, pressure)
+        try:
+            states = rest_state.rest(m, len(act), length, pressure)
+        except (ArithmeticError, ValueError) as error:  # where compiled code has infinity or NaN
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            raise InputError(
+                f"the force law of muscle {name!r} fails where it starts, at {pressure:g} Pa"
+                f" (gauge): {at.filename}, line {at.lineno}, `{at.line}`: {error}"
+            ) from error
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(

@@ -381,6 +381,25 @@ def test_a_fault_in_the_file_is_one_line(edited):
         assert "\n" not in str(error.value)
 
 
+def test_a_law_that_fails_where_a_run_starts_is_named_with_its_line(edited):
+    for mistake, reason in (("math.log(-area)", "math domain error"), ("1 / 0.0", "division")):
+        folder = edited(
+            lambda text, m=mistake: text.replace("return pressure", f"return {m} + pressure")
+        )
+        rig, file = pamsim.load_rig(folder), re.escape(str(folder / "effects.py"))
+        with pytest.raises(InputError, match=rf"'lifter' fails .*{file}, line \d+, `.*{reason}"):
+            pamsim.simulate(rig, LIFT)
+
+
+def test_a_force_takes_the_numbers_of_its_law_in_their_order(edited):
+    """By names in another order, its volume would be that of another law."""
+    arguments = "pressure, contraction, area, stroke, seam"
+    for wrong in ("pressure, contraction, stroke, area, seam", "pressure, contraction, area"):
+        folder = edited(lambda text, w=wrong: text.replace(f"force({arguments})", f"force({w})"))
+        with pytest.raises(InputError, match=f"takes {wrong}; let it take {arguments}, all in"):
+            pamsim.load_rig(folder)
+
+
 def test_an_installed_package_offers_laws_and_effects(rig, monkeypatch):
     effect = dataclasses.replace(rig.file.own.effects[0], name="mine")
     law = dataclasses.replace(FORCE_LAWS["flat_muscle"])

@@ -7,9 +7,9 @@ so dV/dl = -dF/dp. A law may state the force alone: `swept_volume` and `swept_wo
 Gauss's rule with ten points, exact to rounding where the force is smooth in contraction.
 
 The numbers of a law are pressure, contraction, the fields of the parameter group after the scale,
-and those of `ForceLaw.braid_fields`. A function of the law takes all of them in this order, or some
-by their names. `ForceLaw.force` and `ForceLaw.volume` wrap them, so that every law takes the same
-arguments.
+and those of `ForceLaw.braid_fields`. The force takes all of them in this order; other functions
+take all, or some by their names. `ForceLaw.force` and `ForceLaw.volume` wrap them, so that every
+law takes the same arguments.
 """
 
 from __future__ import annotations
@@ -98,13 +98,20 @@ class ForceLaw:
         """Check the group, and integrate the volume from the force where it is not stated.
 
         Raises:
-            InputError: if the group is not one of a force law, which begins with a scale.
+            InputError: if the group is not one of a force law, which begins with a scale, or the
+                force takes the law's numbers in another order, or some of them alone.
         """
         first = next((name for name, _ in specs(self.group)), "")
         if self.group.group != "force" or not self.group.law or first != "scale":
             raise InputError(
                 f"{self.group.__name__}: the parameters of a force law need group = 'force', a name"
                 " as law, and scale as their first field"
+            )
+        taken = self.taken_by(self.force_function)
+        if taken != self.numbers:
+            raise InputError(
+                f"{self.name}: the force takes {', '.join(taken)}; let it take"
+                f" {', '.join(self.numbers)}, all in this order"
             )
         if self.volume_function is None:  # pyright: ignore[reportUnnecessaryComparison]
             object.__setattr__(self, "volume_function", swept_volume(self.force_function))
