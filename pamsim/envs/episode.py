@@ -41,6 +41,8 @@ _DELAYS = ("valve.delay", "valve.closing_delay")
 
 _SEEDS = 2**63
 
+_ROUNDING = 1e-9  # of a stop [rad or m]
+
 _STEPS = 16
 """Time steps in one in which a rig whose parameters are drawn comes to rest: its angle is within
 0.02 deg of that in single steps, far below what the draw changes."""
@@ -144,7 +146,8 @@ class Episodes:
 
         Raises:
             InputError: for an unknown option, muscle or joint; for a target or parameter without a
-                name; for a pressure above the supply's; for a delay of the valves.
+                name, or a target beyond the joint's stops; for a pressure above the supply's; for a
+                delay of the valves.
             ParameterError: for a number out of range.
         """
         given, muscles = dict(options or {}), self._rig.muscles
@@ -158,6 +161,13 @@ class Episodes:
         check_names("target: no joint", target, self._rig.joints)
         for joint, value in target.items():
             check_value(f"target {joint}", value, RANGES["target"])
+            stops = self._rig.model.joint(joint)
+            low, high = stops.range.tolist()
+            if stops.limited and not low - _ROUNDING <= value <= high + _ROUNDING:
+                raise InputError(
+                    f"target: joint {joint!r} cannot be at {value:g}, beyond its stops at {low:.4g}"
+                    f" and {high:.4g}; give rad, or m of a joint that slides"
+                )
         parameters = dict(given["parameters"])
         for name in parameters:
             if name.rpartition(":")[2] in _DELAYS:

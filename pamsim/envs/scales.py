@@ -104,8 +104,8 @@ def reaches_of(rig: Rig, top: float) -> tuple[tuple[Reach, ...], FloatArray]:
         else:
             raise InputError(
                 f"rig {rig.name!r}: joint {name!r} goes from {least:.3g} to {most:.3g} with its"
-                " muscles at the top pressure, so that no task can be set for it; leave it out"
-                " of [rig] joints, or check its tendons"
+                f" muscles at the top pressure of {top:g} Pa, so that no task can be set for it;"
+                " leave it out of [rig] joints, or check its tendons"
             )
         found.append(
             Reach(

@@ -139,10 +139,13 @@ def test_options_of_reset_replace_what_is_drawn(made):
     assert env.reset(seed=1)[1]["pressure"] == pytest.approx([300e3, 300e3])
     assert env.model.body("load").mass != 0.7
     env = made()
+    stop = math.radians(95.0)
+    assert env.reset(options={"target": {"elbow": -stop}})[1]["target"][1] == -stop
     for options, error, message in (
         ({"laod": 1.0}, InputError, "load"),
         ({"target": {"elbw": 1.0}}, InputError, "elbow"),
         ({"target": {"elbow": math.inf}}, ParameterError, "elbow"),
+        ({"target": {"elbow": 30.0}}, InputError, r"at 30, beyond its stops at -1\.658 and 1\.6"),
         ({"start_pressure": {"bicep": 1e5}}, InputError, "biceps"),
         ({"start_pressure": 700e3}, InputError, "supply"),
         ({"load": -1.0}, ParameterError, "load"),
