@@ -125,8 +125,11 @@ class SweepResult:
         sobol, ranks = self.sobol.get(output, {}), self.rank_correlations.get(output, {})
         if sobol:
             first = sorted(sobol.items(), key=lambda pair: -pair[1].total)[:_SHOWN]
-            shares = ", ".join(f"{name} {index.total:.2f}" for name, index in first)
-            return f"; share of its variance (total index): {shares}"
+            shares = ", ".join(
+                "{} {:.2f} [{:.2f}, {:.2f}]".format(name, index.total, *index.total_interval95)
+                for name, index in first
+            )
+            return f"; share of its variance (total index, 95 % interval): {shares}"
         most = sorted(ranks.items(), key=lambda pair: -abs(pair[1]))[:_SHOWN]
         if not most:
             return ""

@@ -189,7 +189,9 @@ def test_a_sensitivity_study_states_indices(tmp_path):
     assert result.runs == 16
     indices = result.sobol["final_deg"]
     assert indices["chamber.dead_volume"].total > indices["load"].total
-    assert "share of its variance (total index): chamber.dead_volume" in result.summary()
+    total = indices["chamber.dead_volume"].total
+    low, high = indices["chamber.dead_volume"].total_interval95
+    assert f"chamber.dead_volume {total:.2f} [{low:.2f}, {high:.2f}], load " in result.summary()
     assert result.to_dict()["sobol"]["final_deg"]["load"]["first_interval95"]
 
 
