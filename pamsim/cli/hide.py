@@ -78,7 +78,8 @@ def record(
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(
-            f"{len(sizes)} sizes for {len(names)} effects; give one or {len(names)}"
+            f"--size has {len(sizes)} numbers, {effects} needs {len(names)}: one for each effect,"
+            " or one for all"
         )
     if 0.0 in sizes:
         raise click.UsageError("a --size of 0 hides nothing; for a recording of nothing hide none")

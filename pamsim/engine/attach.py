@@ -52,9 +52,9 @@ def attach(
         The new actuator, for settings of its own such as ``damping``.
 
     Raises:
-        InputError: for a model that is not being built, such as a `mujoco.MjModel`; if there is no
-            such tendon, or the name is taken; if ``length_at_zero`` is left out and the model so
-            far does not compile.
+        InputError: for a model that is not being built, such as a `mujoco.MjModel`, or a muscle's
+            mere name; if there is no such tendon, or the name is taken; if ``length_at_zero`` is
+            left out and the model so far does not compile.
         ParameterError: if ``length_at_zero`` is out of range.
         EngineError: if the model asks for the RK4 integrator.
     """
@@ -62,6 +62,11 @@ def attach(
         raise InputError(
             "attach changes a model that is being built: give a mujoco.MjSpec, such as"
             f" mujoco.MjSpec.from_file('arm.xml'), not a {type(spec).__name__}"
+        )
+    if not isinstance(muscle, Muscle):
+        raise InputError(
+            f"muscle is {muscle!r}; give one of a rig, such as"
+            " pamsim.load_rig('mas20_arm').muscles['muscle_1']"
         )
     names = [t.name for t in spec.tendons]
     if tendon not in names:

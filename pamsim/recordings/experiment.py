@@ -179,7 +179,7 @@ def pressure_step(
     sample_rate: float = 500.0,
     name: str = "",
 ) -> Experiment:
-    """Experiment in which the set points jump at time 0; raises as `Experiment`.
+    """Experiment in which the set points jump at time 0.
 
     Args:
         start_pressure: (m,) gauge pressures at rest [Pa].
@@ -188,12 +188,22 @@ def pressure_step(
         load: [kg].
         sample_rate: [Hz].
         name: for messages and legends.
+
+    Raises:
+        InputError: if there are not as many pressures before as after; as `Experiment`.
+        ParameterError: as `Experiment`.
     """
+    start, final = np.asarray(start_pressure, dtype=float), np.asarray(final_pressure, dtype=float)
+    if start.size != final.size:
+        raise InputError(
+            f"{start.size} start pressures and {final.size} final ones; give one of each for every"
+            " muscle"
+        )
     return Experiment(
         drive="pressure_set",
         command_time=np.zeros(1),
-        command_value=np.atleast_2d(np.asarray(final_pressure, dtype=float)),
-        start_pressure=np.asarray(start_pressure, dtype=float),
+        command_value=np.atleast_2d(final),
+        start_pressure=start,
         duration=duration,
         load=load,
         sample_rate=sample_rate,

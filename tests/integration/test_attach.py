@@ -188,6 +188,8 @@ def test_what_cannot_be_attached_is_refused(muscle):
     for model in (TWO_JOINTS, mujoco.MjModel.from_xml_string(TWO_JOINTS)):
         with pytest.raises(InputError, match=f"MjSpec.*, not a {type(model).__name__}$"):
             pamsim.attach(model, tendon="elbow_cable", muscle=muscle)
+    with pytest.raises(InputError, match=r"muscle is 'muscle_1'; give one of a rig"):
+        pamsim.attach(spec, tendon="elbow_cable", muscle="muscle_1")
     with pytest.raises(InputError, match="did you mean 'elbow_cable'"):
         pamsim.attach(spec, tendon="elbow_cabel", muscle=muscle)
     pamsim.attach(spec, tendon="elbow_cable", muscle=muscle)

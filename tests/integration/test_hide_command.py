@@ -56,7 +56,7 @@ def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
         ("quadratic_drag", "no effect 'quadratic_drag'"),
         ("air_leak --protocols levels", "no protocol 'levels'"),
         ("air_leak --protocols burst", "did you mean 'bursts'"),
-        ("air_leak --size 1,2", "2 sizes for 1 effects"),
+        ("air_leak --size 1,2", "--size has 2 numbers, air_leak needs 1"),
         ("none --protocols bursts --repeats 0", "at least one trial"),
         ("none --protocols bursts --duration 0", "a trial needs a finite time"),
         ("none --protocols bursts --duration 20ms", "is 0.02 s; a trial needs a finite time"),

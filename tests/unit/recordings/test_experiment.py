@@ -51,6 +51,8 @@ def test_what_no_rig_can_do_is_refused_in_one_line():
     all_refused(BAD_INPUTS, lambda changes: experiment(**changes))
     with refused("negative"):
         pressure_step([1e5, 2e5], [-1.0, 0.0], duration=1.0)
+    with refused("1 start pressures and 2 final ones"):
+        pressure_step([1e5], [1e5, 2e5], duration=1.0)
     for field, bad in (
         ("duration", (0.0, -1.0, NAN, INF, "2", True)),
         ("sample_rate", (0.0, -500.0, NAN, 1e9)),
