@@ -283,6 +283,8 @@ def _own_physics(path: Path, text: str, _beside: tuple[tuple[str, int, int], ...
         reason = str(traceback.TracebackException(type(error), error, None))  # its own may fail
         raise InputError(f"{path}, line {line}: {type(error).__name__}: {reason}") from None
     kinds = {"LAWS": ForceLaw | Operator, "EFFECTS": Effect}
+    if not any(hasattr(module, name) for name in kinds):
+        raise InputError(f"{path} has neither a list LAWS nor a list EFFECTS")
     held = {name: getattr(module, name, ()) for name in kinds}
     for name, kind in kinds.items():
         wanted = " and ".join(one.__name__ for one in getattr(kind, "__args__", (kind,)))

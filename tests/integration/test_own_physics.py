@@ -371,6 +371,7 @@ def test_a_fault_in_the_file_is_one_line(edited):
             "class E(Exception):\n    def __str__(self): raise self\nraise E",
             "line 3: E: <exception",
         ),
+        ("LAW = []", "has neither a list LAWS nor a list EFFECTS"),
         ("EFFECTS = [3]", "EFFECTS holds 3"),
         ("LAWS = 3", "LAWS must be a list of ForceLaw and Operator"),
         (pleated, "'pleated' of its own"),
