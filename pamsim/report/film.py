@@ -18,6 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
@@ -278,13 +279,17 @@ def _write_over(
     look["path_effects"] = [withStroke(linewidth=3.0, foreground="white")]
     figure.text(0.015, 1.0 - 9.0 / height * width / 400, title, va="top", size=10.5, color=INK)
     top = min((row for _, row in labels.values()), default=0.0)
-    pair = len(labels) <= 2
+    pair, written = len(labels) <= 2, list[Bbox]()
     for index, (name, (column, row)) in enumerate(labels.items()):
         upper = row == top  # away from the other muscle
         across, up = (0.0, _ABOVE if upper else _BELOW) if pair else (_WITHIN, 0.0)
         place = column / width + across, 1.0 - row / height + up
         va = ("bottom" if upper else "top") if pair else "center"
-        figure.text(*place, words(name), va=va, color=series_look(index)[0], **look)
+        label = figure.text(*place, words(name), va=va, color=series_look(index)[0], **look)
+        while any(label.get_window_extent().overlaps(other) for other in written):
+            line = label.get_window_extent().height / figure.bbox.height
+            label.set_y(label.get_position()[1] - line)
+        written.append(label.get_window_extent())
 
 
 @styled

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 from PIL import Image, ImageSequence
 
 import pamsim
@@ -24,12 +26,12 @@ LABELS = {"muscle_1": (120.0, 60.0), "muscle_2": (110.0, 80.0)}
 RAMPS = {"angle": TIME / 4.0, "pressure_1": 1e5 * TIME, "pressure_2": 3e5 - 1e5 * TIME}
 
 
-def sheet(measured):
+def sheet(measured, labels=LABELS):
     trial = Trial(
         name="ramp", protocol="ramp", drive="pressure_set", load=1.2, time=TIME,
         command=np.full((TIME.size, 2), 2e5), measured=measured,
     )  # fmt: skip
-    return film_sheet(trial, labels=LABELS, title="ramp", size=SIZE)
+    return film_sheet(trial, labels=labels, title="ramp", size=SIZE)
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +76,15 @@ def test_muscles_are_labelled_in_the_colours_of_their_curves(drawn):
     frame = drawn.frame(np.full((height, width, 3), 255, dtype=np.uint8), 1.0)
     for line, (column, row) in zip(list(drawn.curves.values())[1], LABELS.values(), strict=True):
         assert near(frame, line.get_color(), round(row), round(column), reach=40) > 20
+
+
+def test_labels_of_muscles_side_by_side_do_not_overlap():
+    labels = {f"knee_{name}": (120.0 + i, 60.0) for i, name in enumerate(("a", "b", "c", "d"))}
+    figure = next(iter(sheet(RAMPS, labels).curves)).get_figure(root=True)
+    texts = [text for text in figure.findobj(Text) if "knee" in text.get_text()]
+    boxes = [text.get_window_extent() for text in texts]
+    assert len(boxes) == len(labels)
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
 def test_a_pressure_that_was_not_measured_has_no_curve_and_a_small_frame_is_refused():
