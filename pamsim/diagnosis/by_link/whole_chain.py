@@ -12,6 +12,7 @@ is not, a size is that of the whole chain, with an interval that holds the one b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -49,8 +50,8 @@ class ChannelGap:
 
     unit: str  # of all
     floor: float | None  # noise, as repeats or one trial show it; None if it is not known
-    # What the rig misses, its nuisance parameters refitted; None if it breaks down, or parts of
-    # trials are held out and no whole one
+    # What the rig misses, its nuisance parameters refitted, or as it is if that is nearer; None if
+    # it breaks down, or parts of trials are held out and no whole one
     before: float | None
     after: float | None  # what it misses with the effects that were found; None without any
 
@@ -76,6 +77,7 @@ def whole_chain(
 ) -> WholeChain:
     """Simulate all trials from the command on, with refitted parameters and with effects [SI].
 
+    Without effects the rig as it is stands for the refitted one where it misses less.
     ``after`` is None if there are no effects.
     """
     predictor = TrialPredictor(rig, data, threads=threads)
@@ -83,22 +85,27 @@ def whole_chain(
     predictor.linearise_starts(None)
     rigs = [rig, possible_rig(rig, before), None if after is None else possible_rig(rig, after)]
     stated, base, repaired = predictor.predictions(rigs)
-    comparisons = tuple(
-        one
-        for trial in data.trials
-        for one in comparisons_of(
-            trial,
-            predictor.compared(trial),
-            None if base is None else base.trials[trial.name],
-            None if repaired is None else repaired.trials[trial.name],
-            held_out=trial.name in held_out,
-        )
-    )
     known = next((one for one in (stated, base, repaired) if one is not None), None)
+
+    def beside(first: Prediction | None) -> tuple[tuple[Comparison, ...], dict[str, ChannelGap]]:
+        comparisons = tuple(
+            one
+            for trial in data.trials
+            for one in comparisons_of(
+                trial,
+                predictor.compared(trial),
+                None if first is None else first.trials[trial.name],
+                None if repaired is None else repaired.trials[trial.name],
+                held_out=trial.name in held_out,
+            )
+        )
+        return comparisons, {} if known is None else _gap(predictor, known, comparisons)
+
+    # Refitted in each link, nuisance parameters make up for what is missing there, and may make the
+    # whole chain worse than it is.
+    comparisons, gap = min(map(beside, (base, stated)), key=lambda one: _missed_before(one[1]))
     return WholeChain(
-        as_it_is={} if stated is None else stated.trials,
-        comparisons=comparisons,
-        gap={} if known is None else _gap(predictor, known, comparisons),
+        as_it_is={} if stated is None else stated.trials, comparisons=comparisons, gap=gap
     )
 
 
@@ -109,6 +116,12 @@ def misses_more(gap: Mapping[str, ChannelGap]) -> bool:
         if one.floor and one.before is not None and one.after is not None:
             change += (one.after**2 - one.before**2) / one.floor**2
     return change > 0.0
+
+
+def _missed_before(gap: Mapping[str, ChannelGap]) -> float:
+    """Sum of the squares of all channels, in noise floors; infinite where one is not known."""
+    before = [(one.before, one.floor) for one in gap.values() if one.floor]
+    return sum(math.inf if size is None else (size / floor) ** 2 for size, floor in before)
 
 
 def slow_errors(gap: Mapping[str, ChannelGap]) -> tuple[str, ...]:

@@ -76,3 +76,20 @@ def test_the_gap_of_the_whole_chain_is_that_of_all_samples(tmp_path):
     missed = [one.before - one.measured for one in found.comparisons if one.channel == "angle"]
     every = np.degrees(np.concatenate(missed))
     assert found.gap["angle"].before == pytest.approx(np.sqrt(np.mean(every**2)))
+
+
+def test_no_refit_makes_the_whole_chain_worse_than_the_rig_as_it_is(tmp_path):
+    """What a repair mends would otherwise be judged beside more than the rig misses."""
+    hide(ARM, {}, protocols=("bursts",), duration=1.0, repeats=2).save(tmp_path / "data")
+    trials = read_recordings(tmp_path / "data").trials
+    data = CalibrationData(sources=(), rig=None, trials=trials, tables=()).of_rig(ARM)
+    near, far = {"force.scale": 1.0}, {"force.scale": 0.8}
+    held_out = [trial.name for trial in trials]
+    off = ARM.with_parameters(far)
+    as_it_is = whole_chain(ARM, data, {}, None, held_out=held_out).gap
+    assert whole_chain(ARM, data, far, near, held_out=held_out).gap["angle"] == replace(
+        as_it_is["angle"], after=as_it_is["angle"].before
+    )
+    assert whole_chain(off, data, near, None, held_out=held_out).gap["angle"].before < 0.5 * (
+        whole_chain(off, data, {}, None, held_out=held_out).gap["angle"].before
+    )
