@@ -126,7 +126,7 @@ def matching_delays(
             match = _correlate(output, given, method="fft")[given.size - 1 :]
             best.append(int(np.argmax(np.abs(match[: lags + 1]))))
         middle = (np.array(best) - 0.5) * record.sample_time
-        starts += [late for late in (middle, middle + record.sample_time) if np.all(late > 0.0)]
+        starts += [np.maximum(late, 0.0) for late in (middle, middle + record.sample_time)]
     return starts
 
 

@@ -150,6 +150,17 @@ def test_a_gain_that_comes_late_is_chosen_with_all_its_dead_times(late, hold):
     assert best["K"].interval95[0] < 3.0 < best["K"].interval95[1]
 
 
+def test_of_two_gains_one_may_come_late():
+    draw = np.random.default_rng(23)
+    given = np.column_stack([draw.choice([-1.0, 1.0], 60).repeat(10) for _ in range(2)])
+    late = np.append(np.full(3, given[0, 0]), given[:-3, 0])
+    output = 2.0 * late - given[:, 1] + 0.05 * draw.normal(size=600)
+    record = SignalRecord("two", TS * np.arange(600), given, output, ("V", "V"))
+    fitted = fit_models([record], [], ModelSet(start="free"))
+    assert fitted.recommended().name == fitted.chosen == "gain_dead_time_of_1"
+    assert chosen_fit(fitted)["L[1]"].interval95 == pytest.approx((2.0 * TS, 3.0 * TS))
+
+
 def test_chance_finds_no_dead_time_of_an_input_without_effect():
     late = 0
     for seed in range(10):
