@@ -350,7 +350,7 @@ def recommend(
         one = ranked[names.index(best)]
         missing = what_is_missing(one.fit, records, one.adequate)
         unstable = [c.name for c in candidates if _unstable_in_closed_loop(c.fit, records)]
-        if unstable:  # residuals of a stable model do not tell what else is missing
+        if unstable:  # residuals of a stable model do not show what else is missing
             missing = (
                 f"the plant may be unstable, in a closed loop: {unstable[0]} has a pole outside the"
                 " unit circle, and all continuous models are stable"

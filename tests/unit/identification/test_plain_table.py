@@ -239,7 +239,7 @@ def test_a_gap_is_not_hidden_behind_what_it_leads_to(path):
     refuses(rf"^\S*{path.name}: line 7: y is empty", record, path)
 
 
-def test_rows_that_a_rounded_clock_lacks_leave_the_others_as_they_were(path):
+def test_rows_missing_from_a_rounded_clock_leave_the_others_as_they_were(path):
     draw = np.random.default_rng(3)
     rows = np.flatnonzero(np.append(True, draw.random(299) > 0.1))
     u, y = np.floor(rows / 20) % 2, draw.normal(size=rows.size)
