@@ -169,11 +169,14 @@ def fit_ar_noise(
 def _with_memory(
     short: ArNoise, variance: float, reflections: FloatArray, total: int, longest: int
 ) -> ArNoise | None:
-    """The best noise whose later reflections are those of fractional noise; None if AICc is not.
+    """The best noise whose later reflections are those of fractional noise.
+
+    None if AICc prefers the short one. Each order of Burg's recursion multiplies the mean square
+    error of prediction by ``1 - r^2`` with its own reflection r, by ``1 - r^2 + (r - s)^2`` with
+    another one, s.
 
     Source: ``d / (k - d)``, the partial autocorrelation of fractional noise at lag k: Hosking
-    (Biometrika 68, 1981). For the error of a step that takes another reflection than its own the
-    likelihood is that of Burg's recursion with the other one in its place.
+    (Biometrika 68, 1981).
     """
     lags, memory = np.arange(1, longest + 1), _MEMORY[:, np.newaxis]
     fading = -memory / (lags - memory)
@@ -183,15 +186,15 @@ def _with_memory(
     kept = np.cumsum(own) - own
     replaced = np.cumsum(other[:, ::-1], axis=1)[:, ::-1]
     scores = total * (kept + replaced) + _penalty(orders + 2.0, total)
-    way, order = np.unravel_index(np.argmin(scores), scores.shape)
+    best, order = np.unravel_index(np.argmin(scores), scores.shape)
     plain = total * np.log(short.variance / variance) + _penalty(short.order + 1.0, total)
-    if scores[way, order] >= plain:
+    if scores[best, order] >= plain:
         return None
-    further = np.prod(1.0 - np.square(fading[way, own.size :]))
+    further = np.prod(1.0 - np.square(fading[best, own.size :]))
     return ArNoise(
-        reflections=(*reflections[:order].tolist(), *fading[way, order:].tolist()),
-        variance=float(variance * np.exp(kept[order] + replaced[way, order]) * further),
-        memory=float(_MEMORY[way]),
+        reflections=(*reflections[:order].tolist(), *fading[best, order:].tolist()),
+        variance=float(variance * np.exp(kept[order] + replaced[best, order]) * further),
+        memory=float(_MEMORY[best]),
     )
 
 
