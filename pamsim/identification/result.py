@@ -29,7 +29,7 @@ from pamsim.identification.data import IdentifyData, Source, read_data, trials_o
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
-from pamsim.identification.models import Candidate, Recommendation
+from pamsim.identification.recommendation import Candidate, Recommendation
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
 from pamsim.identification.structure_scan import RoughFit

@@ -11,7 +11,8 @@ import pytest
 from pamsim.identification import choose
 from pamsim.identification.choose import by_free_run, p_value_of_improvement, spanning_structures
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.models import Candidate, ModelSet, fit_models, recommend
+from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.recommendation import Candidate, recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity, what_is_missing
 from pamsim.identification.status import FitStatus, _undamped
