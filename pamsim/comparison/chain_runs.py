@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import GRID_HZ, grid_rate, sensed_runs, sensed_signals
+from pamsim.comparison.experiments import grid_rate, sensed_runs, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
     Signals,
@@ -32,9 +32,11 @@ from pamsim.comparison.link_simulation import (
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
+from pamsim.engine.joint_stiffness import swing_periods
 from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
+from pamsim.engine.state import RestSteps
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.trial import Trial
 
@@ -52,6 +54,10 @@ A rig or a sampling rate that needs shorter steps gets them, as the bristles of 
 
 _STEPS = (COARSE, OF_REPEATS, MIDDLE, 1)
 _SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at most; fine ones
+_PER_SWING, _SWINGS = 45, 10
+"""Time steps in which a joint swings once on its way to rest, and swings until it hardly moves. In
+longer ones, which damp the swings, dry friction leaves it elsewhere: a rail with 12 N by 1 mm in
+8 steps, in 45 by less than its sensor's noise."""
 
 
 def in_link(name: str, link: Link) -> str:
@@ -255,14 +261,22 @@ class ChainRuns:
         """Fine time steps in one: the most that a run and its rig allow."""
         return next(n for n in _STEPS if n <= min(limit, most) and n in self._possible[run])
 
-    def _settle_steps(self, steps: int) -> int:
-        """Time steps in one, of so many fine ones each, in which rigs come to rest.
+    @cached_property
+    def _periods(self) -> FloatArray:
+        """Periods in which the rig as it is swings before its trials [s]; none that is not held."""
+        starts = {tuple(self._inputs[mean.name].start(mean).tolist()) for mean, _ in self._runs}
+        return np.concatenate([swing_periods(self._rig, np.array(start)) for start in starts])
 
-        As many as on the shipped rigs, but no longer ones: in 8 ms instead of 4 a joint with dry
-        friction comes to rest elsewhere, by 1 mm on a rail with 12 N.
-        """
-        most = 1 if steps == 1 else min(_SETTLE, _SETTLED // steps)
-        return max(int(most * min(1.0 / (GRID_HZ * self._fine), 1.0)), 1)
+    def _rest_steps(self, steps: int) -> RestSteps | None:
+        """Time steps to rest before runs in steps of so many fine ones; None for the runs' own."""
+        if steps == 1:
+            return None
+        later = min(_SETTLE * steps, _SETTLED) * self._fine
+        if not self._periods.size:
+            return RestSteps(later=later)
+        most = max(int(float(self._periods.min()) / _PER_SWING / self._fine), 1)
+        swings = _SWINGS * float(self._periods.max())
+        return RestSteps(later=later, swinging=most * self._fine, swings=swings)
 
     def _possible_steps(self, run: int) -> tuple[int, ...]:
         """Fine time steps in one that the sampling of a run allows."""
@@ -288,7 +302,7 @@ class ChainRuns:
             signals = sensed_signals(
                 list(own.values()),
                 timestep=steps * self._fine,
-                settle_steps=self._settle_steps(steps),
+                rest_steps=self._rest_steps(steps),
                 **self._options,
             )
             found.update(zip(own, signals, strict=True))

@@ -16,6 +16,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
+from pamsim.engine.state import RestSteps
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import (
@@ -207,7 +208,7 @@ def sensed_runs(
     jobs: Sequence[tuple[Rig, Experiment]],
     *,
     timestep: float | None = None,
-    settle_steps: int = 1,
+    rest_steps: RestSteps | None = None,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> list[Recording]:
@@ -225,7 +226,7 @@ def sensed_runs(
     runs = simulate_batch(
         list(different.values()),
         timestep=timestep,
-        settle_steps=settle_steps,
+        rest_steps=rest_steps,
         threads=threads,
         simulated=simulated,
         above_supply=True,

@@ -26,7 +26,14 @@ from pamsim.engine.external import set_off
 from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import Run, prepare, record
-from pamsim.engine.state import quieten, restore_state, save_state, settle_quickly
+from pamsim.engine.state import (
+    RestSteps,
+    quieten,
+    restore_state,
+    save_state,
+    settle,
+    settle_quickly,
+)
 from pamsim.engine.stepping import engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
@@ -52,7 +59,7 @@ def simulate_batch(
     jobs: Sequence[tuple[Rig, Experiment]],
     *,
     timestep: float | None = None,
-    settle_steps: int = 1,
+    rest_steps: RestSteps | None = None,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
     above_supply: bool = False,
@@ -66,9 +73,9 @@ def simulate_batch(
     Args:
         jobs: rig and experiment of each simulation.
         timestep: [s]; each rig's own if left out.
-        settle_steps: time steps that rigs come to rest in, in those of the experiments. More than 1
-            is quicker and leaves rest where it is, but memory a little off; it is not done where
-            a muscle does not allow it.
+        rest_steps: time steps in which rigs come to rest; those of the experiments if left out.
+            Longer ones are quicker and leave rest where it is, but memory a little off; they are
+            not taken where a muscle does not allow them.
         threads: how many run at a time; one per processor if left out.
         simulated: called as each simulation ends.
         above_supply: True to simulate experiments that ask for more pressure than the supply has,
@@ -94,7 +101,7 @@ def simulate_batch(
     for run in () if above_supply else runs:
         refuse_above_supply(run.rig.muscles, run.experiment)
     recordings: list[Recording] = []
-    with _rested(runs, settle_steps, threads, reused) as (pool, begun):
+    with _rested(runs, rest_steps, threads, reused) as (pool, begun):
 
         def recorded(run: Run) -> Recording:
             found = record(run, begun(run))
@@ -113,19 +120,22 @@ def simulate_batch(
 
 def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[FloatArray]:
     """States in which runs begin, as `simulate_batch` brings them to rest in some threads."""
-    with _rested(runs, 1, threads, _ReusedData()) as (pool, begun):
+    with _rested(runs, None, threads, _ReusedData()) as (pool, begun):
         return list(pool.map(lambda run: save_state(run.model, begun(run)), runs))
 
 
 @contextmanager
 def _rested(
-    runs: Sequence[Run], steps: int, threads: int | None, reused: _ReusedData
+    runs: Sequence[Run], steps: RestSteps | None, threads: int | None, reused: _ReusedData
 ) -> Iterator[tuple[ThreadPoolExecutor, _Begun]]:
     """Runs at rest, once for all with the same start: a pool, and what begins a run in a thread."""
 
     def settled(run: Run) -> mujoco.MjData:
         data = reused.of(run.rig)
-        settle_quickly(run.model, data, run.experiment, run.rig.limits, steps, run.external)
+        if steps is None:
+            settle(run.model, data, run.experiment, run.external)
+        else:
+            settle_quickly(run.model, data, run.experiment, run.rig.limits, steps, run.external)
         return data
 
     def kept(run: Run) -> tuple[FloatArray, NDArray[np.int32]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -49,6 +50,26 @@ _AWAY = (
     "valve.regulator_dead_band",
 )
 _AWAY_MEANWHILE = [slot(name) for name in _AWAY]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestSteps:
+    """Time steps in which a rig comes to rest, longer ones once it hardly moves.
+
+    Where dry friction or hysteresis leaves a rig depends on how it swings to rest: steps that damp
+    the swings leave it elsewhere.
+    """
+
+    later: float  # time step [s]
+    swinging: float = math.inf  # time step while it moves, no longer than that [s]
+    swings: float = 0.0  # how long it does [s]
+
+    def phases(self, duration: float) -> tuple[tuple[float, float], ...]:
+        """Time step and length of each part of a way to rest of some duration [s]."""
+        if self.swinging >= self.later:
+            return ((self.later, duration),)
+        first = min(self.swings, duration)
+        return (self.swinging, first), (self.later, duration - first)
 
 
 def reset(
@@ -208,6 +229,7 @@ def settle(
     experiment: Experiment,
     on: External = NOTHING,
     *,
+    steps: RestSteps | None = None,
     each_step: EachStep | None = None,
 ) -> None:
     """Bring a model to rest at the start pressures of an experiment and set time to 0.
@@ -218,7 +240,7 @@ def settle(
     start pressures themselves, however they were reached. Where hysteresis leaves them depends on
     the way there, which is the same for every command. Joints that are driven from outside are
     under the first torque or force, or held where their motion begins. The command of the model is
-    that of the experiment afterwards.
+    that of the experiment afterwards. Time steps are the model's own if left out.
     """
     set_command(model, "pressure_set")
     pressures, timestep = experiment.start_pressure, model.opt.timestep
@@ -229,18 +251,23 @@ def settle(
     kept = put_away(model)
     data.ctrl[:] = pressures
     data.time = -experiment.settle
-    left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
     now = _configuration(data)
-    while left > 0:
-        before = now
-        advance(model, data, pressures, min(block, left), each_step)
-        left -= block
-        place(data, on, first)
-        now = _configuration(data)
-        # Rounding keeps a joint at zero from ever being still relative to its own angle.
-        still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
-        if still.all() and (np.abs(data.qvel) <= _REST).all():
-            break
+    for step, duration in (RestSteps(later=timestep) if steps is None else steps).phases(
+        experiment.settle
+    ):
+        model.opt.timestep = step
+        left, block = round(duration / step), max(1, round(_REST_BLOCK / step))
+        while left > 0:
+            before = now
+            advance(model, data, pressures, min(block, left), each_step)
+            left -= block
+            place(data, on, first)
+            now = _configuration(data)
+            # Rounding keeps a joint at zero from ever being still relative to its own angle.
+            still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+            if still.all() and (np.abs(data.qvel) <= _REST).all():
+                break
+    model.opt.timestep = timestep
     put_back(model, kept)
     set_command(model, experiment.drives.muscles)
     quieten(model, data, pressures)
@@ -264,27 +291,27 @@ def settle_quickly(
     data: mujoco.MjData,
     experiment: Experiment,
     limits: Sequence[MuscleLimits],
-    steps: int,
+    steps: RestSteps,
     on: External = NOTHING,
 ) -> None:
-    """`settle` in time steps of several steps' length, for a rig with `Rig.limits`.
+    """`settle` in longer time steps, for a rig with `Rig.limits`.
 
     This leaves rest where it is, but memory a little off. It settles in the model's own time step
     where a muscle does not allow a longer one, or the rig breaks down in it.
     """
     timestep = float(model.opt.timestep)
-    if steps > 1:
-        model.opt.timestep = steps * timestep
-        try:
-            check_timestep(model, limits)
-            settle(model, data, experiment, on)
-            if not data.warning.number.any() and np.isfinite(_configuration(data)).all():
-                return
-            checks.forget(model)
-        except InputError:
-            pass
-        finally:
-            model.opt.timestep = timestep
+    model.opt.timestep = steps.later
+    try:
+        check_timestep(model, limits)
+        model.opt.timestep = timestep
+        settle(model, data, experiment, on, steps=steps)
+        if not data.warning.number.any() and np.isfinite(_configuration(data)).all():
+            return
+        checks.forget(model)
+    except InputError:
+        pass
+    finally:
+        model.opt.timestep = timestep
     settle(model, data, experiment, on)
 
 

@@ -22,7 +22,7 @@ from pamsim.engine.parameter_names import ParameterName, muscles_with
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.engine.state import save_state, settle_quickly
+from pamsim.engine.state import RestSteps, save_state, settle_quickly
 from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
 from pamsim.envs.plant import fixed_tendons
@@ -268,7 +268,8 @@ class Episodes:
             duration=self._period,
             sample_rate=1.0 / self._period,
         )
+        rest = RestSteps(later=steps * float(model.opt.timestep))
         with live(model):
-            settle_quickly(model, self._data, at_rest, rig.limits, steps)
+            settle_quickly(model, self._data, at_rest, rig.limits, rest)
         self._data.ctrl[:] = at_rest.command_value[0]
         return replace(rig, model=model), save_state(model, self._data)

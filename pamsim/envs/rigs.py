@@ -18,13 +18,14 @@ from pamsim.core.errors import EngineError, InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.gauges import Gauges
+from pamsim.engine.joint_stiffness import stiffness_of_joints
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig, fixed_tendons
 from pamsim.envs.sample import BREAKDOWN, SUCCESS, new_sampling, take_sample
-from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
+from pamsim.envs.scales import LIMIT, observed_signals, reaches_of
 from pamsim.envs.settings import EnvSettings, check_supply
 from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view

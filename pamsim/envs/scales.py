@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import moment_arms, rest_positions, tendon_lengths
+from pamsim.engine.joint_stiffness import stiffness_of_joints
 from pamsim.engine.rig import Rig
-from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
-from pamsim.physics.record import Parameters, view
+from pamsim.physics.record import view
 from pamsim.physics.static_muscle import static_force
 
 LIMIT = 10.0
@@ -48,24 +48,6 @@ class Reach:
     travel: float
     stiffness: tuple[float, float]
     torque: float
-
-
-def stiffness_of_joints(
-    arms: FloatArray,
-    muscles: Sequence[Parameters],
-    length: Sequence[float],
-    pressure: Sequence[float],
-) -> list[float]:
-    """Stiffness (j,) [N m/rad or N/m] of each joint with its valves and the other joints shut.
-
-    Sum of r^2 k over the muscles (Matiskova 2021, equation (5)), by moment arms (m, j), see
-    `pamsim.engine.equilibrium`, lengths of tendons (m,) [m] and gauge pressures (m,) [Pa].
-    """
-    shut = [
-        muscle_stiffness(muscle, at, max(held, 0.0))
-        for muscle, at, held in zip(muscles, length, pressure, strict=True)
-    ]
-    return [joint_stiffness(shut, own).total for own in arms.T.tolist()]
 
 
 def reaches_of(rig: Rig, top: float) -> tuple[tuple[Reach, ...], FloatArray]:

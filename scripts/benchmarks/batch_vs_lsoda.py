@@ -30,6 +30,7 @@ import pamsim
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.jit import reached_functions
+from pamsim.engine.state import RestSteps
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.plant.rates import write_rates
@@ -127,7 +128,7 @@ def main() -> None:
 
     def batch(timestep: float, rest_step: float = REST_STEP) -> FloatArray:
         runs = simulate_batch(
-            jobs, threads=1, timestep=timestep, settle_steps=round(rest_step / timestep)
+            jobs, threads=1, timestep=timestep, rest_steps=RestSteps(later=rest_step)
         )
         return np.array([one.completed().angle[-1] for one in runs])
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.engine.rig import load_rig
+from pamsim.engine.state import RestSteps
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.twins.hide import hide
@@ -82,8 +84,14 @@ def test_the_rig_as_it_is_has_the_residual_of_its_trials_own_inputs(chain, trial
 
 
 @pytest.mark.parametrize("protocol", ["bursts", "staircase"])
-def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, protocol):
-    """The bench with its joint pulled by measured forces: bursts in 10, a staircase in 5, too."""
+def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(
+    tmp_path, protocol, monkeypatch
+):
+    """The bench pulled by measured forces, if it comes to rest in long time steps as well.
+
+    Bursts break down in 10, a staircase in 5, too.
+    """
+    monkeypatch.setattr(chain_runs, "_PER_SWING", 1)
     bench = load_rig("muscle_bench")
     trials = recorded(tmp_path / "data", rig=bench, protocols=(protocol,), forces=True)
     chain = ChainSimulator(bench, repeats(trials))
@@ -101,22 +109,33 @@ def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, p
         np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
 
 
-def test_a_rig_with_longer_time_steps_comes_to_rest_in_no_longer_ones(trials, monkeypatch):
-    """With dry friction it rests elsewhere in longer ones."""
-    rested: list[float] = []
+def test_a_rig_that_swings_fast_comes_to_rest_in_time_steps_in_which_it_swings(trials, monkeypatch):
+    """The arm swings in half a second; with a hundredth of its inertia, in a tenth of that."""
+    rested: list[RestSteps] = []
     real = chain_runs.sensed_signals
 
-    def signals(jobs, *, timestep, settle_steps, **options):
-        rested.append(timestep * settle_steps)
-        return real(jobs, timestep=timestep, settle_steps=settle_steps, **options)
+    def signals(jobs, *, rest_steps, **options):
+        rested.append(rest_steps)
+        return real(jobs, rest_steps=rest_steps, **options)
 
     monkeypatch.setattr(chain_runs, "sensed_signals", signals)
     runs = [(trials[0], run) for run in link_runs(ARM, trials[0])]
-    for timestep in (0.5e-3, 1e-3):
-        rig = load_rig("mas20_arm")
-        rig.model.opt.timestep = timestep
-        ChainRuns(rig, runs, threads=None).simulate([{}], [{r.link for _, r in runs}], None, 2)
-    assert rested == pytest.approx([4e-3] * len(rested))
+    light = load_rig("mas20_arm")
+    light.model.body_mass[:] *= 0.01
+    light.model.body_inertia[:] *= 0.01
+    mujoco.mj_setConst(light.model, mujoco.MjData(light.model))
+    found = []
+    for rig in (ARM, light):
+        rested.clear()
+        chain = ChainRuns(rig, runs, threads=None)
+        chain.simulate([{}], [{r.link for _, r in runs}], None, COARSE)
+        (steps,) = set(rested)
+        found.append(steps)
+    usual, fast = found
+    assert usual.later == fast.later == pytest.approx(0.01)
+    assert usual.swinging >= usual.later  # none that damps its swings
+    assert fast.swinging == pytest.approx(1e-3)
+    assert 0.3 < fast.swings < 1.0
 
 
 def test_a_rig_that_breaks_down_everywhere_is_not_mistaken_for_one_without_measurements(

@@ -11,6 +11,7 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.sampling import Trace, first_breakdown
+from pamsim.engine.state import RestSteps
 from pamsim.recordings.recording import Outcome
 
 SIGNALS = ("time", "angle", "velocity", "pressure", "tension", "command", "final_state")
@@ -88,7 +89,7 @@ def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
 def test_one_rest_serves_all_with_the_same_start(rig, monkeypatch):
     settled = []
     monkeypatch.setattr(
-        "pamsim.engine.state.settle",
+        "pamsim.engine.batch.settle",
         lambda model, data, experiment, on: settled.append(experiment),
     )
     changed = rig.with_parameters({"passive.stiffness": 3e4})
@@ -131,7 +132,7 @@ def test_a_warning_while_settling_is_not_lost(rig, monkeypatch):
     def warned(model, data, experiment, on):
         data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number = 1
 
-    monkeypatch.setattr("pamsim.engine.state.settle", warned)
+    monkeypatch.setattr("pamsim.engine.batch.settle", warned)
     (found,) = simulate_batch([(rig, valves())])
     assert found.outcome is Outcome.ENGINE_WARNING
     assert "BADQVEL" in found.message
@@ -226,7 +227,7 @@ def test_an_unstable_run_is_reported_by_its_outcome_alone(tmp_path, monkeypatch,
     rig = pamsim.load_rig("muscle_bench")
     step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
     slow = dataclasses.replace(step, sample_rate=250.0)
-    (settled,) = simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+    (settled,) = simulate_batch([(rig, step)], timestep=1e-3, rest_steps=RestSteps(later=4e-3))
     (batch,) = simulate_batch([(rig, slow)], timestep=4e-3)
     for broken in (batch, pamsim.simulate(rig, slow, timestep=4e-3)):
         assert broken.outcome is Outcome.NOT_FINITE
@@ -244,7 +245,7 @@ def test_a_handler_of_warnings_that_the_user_has_set_is_called():
     try:
         rig = pamsim.load_rig("muscle_bench")
         step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
-        simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+        simulate_batch([(rig, step)], timestep=1e-3, rest_steps=RestSteps(later=4e-3))
     finally:
         mujoco.set_mju_user_warning(None)
     assert "QACC" in found[0]

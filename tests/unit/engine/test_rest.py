@@ -1,5 +1,7 @@
 """Rest: the torque balance, longer time steps and any valve come to where the arm ends."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import moment_arms, rest_angles, rest_positions, tendon_lengths
 from pamsim.engine.new_rig import new_rig
-from pamsim.engine.state import settle, settle_quickly
+from pamsim.engine.state import RestSteps, settle, settle_quickly
 from pamsim.engine.stepping import live, muscle_ids
 
 PRESSURE = np.array([[300e3, 100e3], [120e3, 200e3], [400e3, 380e3]])
@@ -88,7 +90,7 @@ def test_a_row_without_a_balance_is_not_a_number_and_two_joints_are_refused(rig)
         rest_angles(pamsim.load_rig("two_joint_arm"), PRESSURE, LOAD)
 
 
-def at_rest(rig, steps):
+def at_rest(rig, steps, **swinging):
     """Position, velocity and time step after settling; by `settle` itself for 0 steps."""
     pressures = (2.4e5, *(2e5,) * (len(rig.muscles) - 1))
     experiment = pamsim.pressure_step(pressures, pressures, duration=0.1)
@@ -96,7 +98,8 @@ def at_rest(rig, steps):
     data = mujoco.MjData(model)
     with live(model):
         if steps:
-            settle_quickly(model, data, experiment, rig.limits, steps)
+            longer = RestSteps(later=steps * model.opt.timestep, **swinging)
+            settle_quickly(model, data, experiment, rig.limits, longer)
         else:
             settle(model, data, experiment)
     return data.qpos.copy(), data.qvel.copy(), data.time, model.opt.timestep
@@ -110,6 +113,21 @@ def test_rest_in_longer_steps_is_the_same():
         assert not np.array_equal(quick[0], slow[0])  # it did settle in longer steps
         assert abs(quick[1]).max() < 1e-9
         assert quick[2:] == slow[2:]
+
+
+def test_dry_friction_leaves_a_rig_where_it_does_in_its_own_steps_if_its_swings_are_in_those():
+    """In longer steps the swings die down sooner, and the joint stops elsewhere."""
+    model = pamsim.load_rig("mas20_arm").model
+    model.body_mass[:] *= 0.01
+    model.body_inertia[:] *= 0.01
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    rig = replace(pamsim.load_rig("mas20_arm"), model=model).with_parameters(
+        {"joint.shaft.frictionloss": 0.3}
+    )
+    slow, quick = at_rest(rig, 0)[0], at_rest(rig, 40)[0]
+    swung = at_rest(rig, 40, swinging=float(model.opt.timestep), swings=2.0)[0]
+    assert abs(quick - slow).max() > np.deg2rad(0.2)
+    assert swung == pytest.approx(slow, abs=np.deg2rad(0.002))
 
 
 def test_a_rig_that_breaks_down_in_longer_steps_settles_in_its_own():
