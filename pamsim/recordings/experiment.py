@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
 _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
+_NONE_IN_KPA = 1e3  # of no muscle [kPa]; the same number of Pa moves none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,6 +191,9 @@ def pressure_step(
         sample_rate: [Hz].
         name: for messages and legends.
 
+    Warns:
+        UserWarning: if all are whole numbers below 1000, which may be meant in kPa.
+
     Raises:
         InputError: if there are not as many pressures before as after; as `Experiment`.
         ParameterError: as `Experiment`.
@@ -198,6 +203,13 @@ def pressure_step(
         raise InputError(
             f"{start.size} start pressures and {final.size} final ones; give one of each for every"
             " muscle"
+        )
+    both = np.append(start, final)
+    if 0.0 < both.max(initial=0.0) < _NONE_IN_KPA and not np.any(both % 1.0):
+        warnings.warn(
+            f"the highest pressure is {both.max():g} Pa, at which no muscle moves; for"
+            f" {both.max():g} kPa, write {both.max():g}e3",
+            stacklevel=2,
         )
     return Experiment(
         drive="pressure_set",

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 
 from pamsim.core.errors import ParameterError
 from pamsim.recordings.experiment import Experiment, pressure_step
@@ -45,6 +46,13 @@ BAD_INPUTS = {
     "duty too large": ({"drive": "pulse"} | last(0, 1.5), "1.5"),
     "no command": ({"command_time": [], "command_value": np.zeros((0, 2))}, "command"),
 }
+
+
+def test_pressures_in_kpa_are_said_to_be_pascals():
+    with pytest.warns(UserWarning, match="for 400 kPa, write 400e3"):
+        pressure_step([300, 300], [400, 200], duration=1.0)
+    pressure_step([0.0, 0.0], [0.0, 0.0], duration=1.0)
+    pressure_step([0.0, 0.0], [312.4, 0.0], duration=1.0)  # as a sensor reads
 
 
 def test_what_no_rig_can_do_is_refused_in_one_line():
