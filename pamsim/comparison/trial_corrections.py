@@ -39,6 +39,7 @@ _UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
 """Kind of a quantity -> units that its numbers may be in, and how many of its own each is."""
 
 _CLOCKS = (("minutes", 60.0), ("milliseconds", 0.001))
+_WHOLE = 1e-6  # to which written times are a whole number of ticks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +105,9 @@ def corrections(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
     Mistakes of some columns of a kind are sought among the channels that the simulation misses.
     """
     for clock, factor in _CLOCKS:
-        yield Correction(text=f"time_s looks like {clock}: multiply it by {factor:g}", clock=factor)
+        text = f"time_s looks like {clock}: multiply it by {factor:g}"
+        if _samples_wholly(trial.time * factor) or not _samples_wholly(trial.time):
+            yield Correction(text=text, clock=factor)
     yield from _of_pressures(trial, missed)
     for kind in ("angle", "position", "force", "torque"):
         yield from _of_readings(kind, trial, missed)
@@ -112,6 +115,15 @@ def corrections(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
     valves = _commands(trial, "valve", "pulse")
     if valves:
         yield _turned(valves)
+
+
+def _samples_wholly(time: FloatArray) -> bool:
+    """Whether a clock (n,) [s] ticks a whole number of times a second, or of seconds a tick.
+
+    Loggers do: a log that does and would not with another unit of time is in its own.
+    """
+    rate = (time.size - 1) / float(time[-1] - time[0])
+    return any(abs(n - round(n)) <= _WHOLE * n for n in (rate, 1.0 / rate))
 
 
 def _of_pressures(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:

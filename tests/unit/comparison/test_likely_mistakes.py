@@ -94,6 +94,16 @@ def test_clock_readings_and_valves():
     same(of(trial(command=-valves, drive="valve"), "the sign of u1, u2 looks turned"), right)
 
 
+def test_a_clock_that_ticks_a_hundred_times_a_second_is_not_in_minutes():
+    def clocks(time):
+        return {one.clock for one in corrections(trial(time=time), ()) if one.clock != 1.0}
+
+    ticks = np.arange(11) / 100.0
+    assert clocks(ticks) == {0.001}
+    assert clocks(ticks / 60.0) == {60.0, 0.001}
+    assert clocks(ticks + 1e-4 * ticks**2) == {60.0, 0.001}  # no whole rate
+
+
 def test_columns_under_each_others_names():
     def exchanged(table, one, two):
         return {**table, one: table[two], two: table[one]}
