@@ -139,7 +139,8 @@ def diagnose_rest(
     searched: Searched | None = None
     for _ in range(_PASSES):
         fitter = RestFitter(simulator_at(variance, exact_at), nuisance, limits)
-        searched = search(fitter, candidates, steps=steps)
+        # All that promise much, for the model decides how large the noise is taken to be.
+        searched = search(fitter, candidates, steps=steps, most=len(candidates))
         if searched.model.names == names:
             break
         names = searched.model.names

@@ -44,7 +44,7 @@ _NEARER = 0.1
 """Share of a promise that a fit begins with again where it has ended worse than without the effect:
 begun too far away, other parameters of the model went to another minimum."""
 
-_MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
+MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
 _ROUNDS = 8  # effects at most: twice as many as from which none need be certain
 
 
@@ -56,6 +56,7 @@ class Tried:
     steps: Steps  # each fit is one
     # About the rig as it is, and about the base where it is much better
     known: list[Signature] = field(default_factory=list[Signature])
+    most: int = MOST  # effects that are fitted in a round
 
     def seen_in(self, name: str) -> frozenset[Link]:
         """Links whose rows an effect changes by a share that counts."""
@@ -76,7 +77,7 @@ class Tried:
         model: LinkModel,
         found: Sequence[Promise],
         *,
-        most: int = _MOST,
+        most: int | None = None,
         forms: int = _FORMS,
         least: float | None = None,
         links: Collection[Link] = (),
@@ -86,7 +87,7 @@ class Tried:
         Args:
             model: to be added to.
             found: promises beside it, the largest first.
-            most: effects that are fitted.
+            most: effects that are fitted; as many as in a round if left out.
             forms: of each that are fitted.
             least: promise from which one is fitted; a share of the largest if left out.
             links: fitted beside those in which the effect is seen.
@@ -98,7 +99,7 @@ class Tried:
         fits: list[LinkModel] = []
         for name in dict.fromkeys(promise.effect.name for promise in found):
             own = [promise for promise in found if promise.effect.name == name]
-            if len(fits) == most or own[0].gain < enough(found):
+            if len(fits) == (self.most if most is None else most) or own[0].gain < enough(found):
                 break
             where = self.seen_in(name) | frozenset(links)
             tried: list[LinkModel] = []
@@ -170,10 +171,15 @@ class Searched:
     tried: Tried
 
 
-def search(fitter: LinkFitter, candidates: Sequence[Candidate], *, steps: Steps) -> Searched:
-    """Find the effects that a rig is missing, among candidates in all of their forms."""
+def search(
+    fitter: LinkFitter, candidates: Sequence[Candidate], *, steps: Steps, most: int = MOST
+) -> Searched:
+    """Find the effects that a rig is missing, among candidates in all of their forms.
+
+    Of those that promise much, the ``most`` promising are fitted in each round.
+    """
     least = fitter.units.limits.least
-    tried = Tried(fitter, steps)
+    tried = Tried(fitter, steps, most=most)
     tried.known.extend(_screened(tried, fitter.stated, candidates))
     base = fitter.stated
     for link in fitter.simulator.links:
