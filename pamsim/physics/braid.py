@@ -13,6 +13,8 @@ import math
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
+_ROUNDING = 1e-9  # share of a volume
+
 
 class Braid(ParameterGroup, group="braid"):
     """Size and fibre angle of the braid at nominal length."""
@@ -39,13 +41,14 @@ class Braid(ParameterGroup, group="braid"):
 def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:
     """Inner volume V of the braid at a length l [m^3] (Nguyen 2024, equation (4)).
 
-    Zero at and beyond the length at which the fibres lie straight. Lengths in m, the angle in rad.
+    Zero where the fibres lie straight; NaN for a longer muscle, which there is not. Lengths in m,
+    the angle in rad.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length
     hollow = 1.0 - stretch * stretch * (1.0 - sine * sine)
-    if hollow < 0.0:
-        return 0.0
+    if hollow < -_ROUNDING:
+        return math.nan
     return 0.25 * math.pi * diameter * diameter * length * hollow / (sine * sine)
 
 

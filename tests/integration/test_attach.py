@@ -8,7 +8,10 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.muscle import Mounting
+from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.record import pack, unpack
 from tests.unit.physics.flat import kernel
 
@@ -181,6 +184,24 @@ def test_a_muscle_longer_than_its_fibres_is_refused_with_both_lengths(shipped):
     step = pamsim.pressure_step((1e5, 1e5), (2e5, 1e5), duration=0.1)
     with pytest.raises(InputError, match=r"'muscle_1' would be 0\.5 m long"):
         pamsim.simulate(long, step)
+
+
+def test_a_muscle_that_is_pulled_longer_than_its_fibres_stops_the_run(shipped):
+    """The ideal law has neither rubber nor a braid that locks, and no force without pressure."""
+    ideal = replace(shipped, force=IdealMcKibben(), passive=PassiveSpring(), braid=Braid(
+        nominal_length=0.25, diameter=0.02, fibre_angle=0.5
+    ))  # fmt: skip
+    spec = mujoco.MjSpec.from_string(CABLE.replace('mass="1"', 'mass="100"'))
+    pamsim.attach(spec, tendon="cable", muscle=ideal)
+    model = pamsim.compile_model(spec)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data)
+    longest = 0.0
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        longest = np.fmax(longest, data.ten_length[0] + 0.02)
+    assert np.isnan(data.qpos[0])
+    assert 0.9 * 0.25 / np.cos(0.5) < longest < 1.2 * 0.25 / np.cos(0.5)
 
 
 def test_what_cannot_be_attached_is_refused(muscle):

@@ -40,11 +40,11 @@ def test_volume_is_that_of_the_helix_and_its_slope_its_derivative(braid, share, 
     assert volume_slope(length, *braid) == pytest.approx(difference, abs=1e-12 * area)
 
 
-@given(BRAIDS, between(1e-9, 0.2))
-def test_volume_vanishes_where_the_fibres_lie_straight(braid, beyond):
+@given(BRAIDS, between(1e-6, 0.2))
+def test_volume_vanishes_where_the_fibres_lie_straight_and_beyond_there_is_none(braid, beyond):
     straight, area = fibre(braid)
     assert volume(straight, *braid) == pytest.approx(0.0, abs=1e-14 * area * straight)
-    assert volume(straight * (1.0 + beyond), *braid) == 0.0
+    assert math.isnan(volume(straight * (1.0 + beyond), *braid))
     assert volume(straight * (1.0 - beyond), *braid) > 0.0
 
 
