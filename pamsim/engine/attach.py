@@ -65,12 +65,12 @@ def attach(
         )
     if not isinstance(muscle, Muscle):
         raise InputError(
-            f"muscle is {muscle!r}; give one of a rig, such as"
-            " pamsim.load_rig('mas20_arm').muscles['muscle_1']"
+            "give a muscle of a rig, such as pamsim.load_rig('mas20_arm').muscles['muscle_1'],"
+            f" not a {type(muscle).__name__}"
         )
-    names = [t.name for t in spec.tendons]
+    names = [t.name for t in spec.tendons if t.name]
     if tendon not in names:
-        raise InputError(f"no tendon {tendon!r} in this model; {nearest(tendon, names)}")
+        raise InputError(f"no tendon {tendon!r} in this model; {nearest(str(tendon), names)}")
     name = name or tendon
     if any(actuator.name == name for actuator in spec.actuators):
         raise InputError(f"actuator {name!r} exists already; give another name")
@@ -88,7 +88,8 @@ def attach(
     spec.activate_plugin(plugin.NAME)
     if all(instance.name != _INSTANCE for instance in spec.plugins):
         spec.add_plugin(name=_INSTANCE, plugin_name=plugin.NAME, active=True)
-    spec.nuser_actuator = max(spec.nuser_actuator, SIZE)
+    if spec.nuser_actuator >= 0:  # else the engine counts, also in a model that this one is put in
+        spec.nuser_actuator = max(spec.nuser_actuator, SIZE)
     row = pack(muscle)
     ends, limited = control_range(row), mujoco.mjtLimited
     actuator = spec.add_actuator(
@@ -107,6 +108,8 @@ def attach(
         actlimited=limited.mjLIMITED_FALSE,
         gear=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         armature=0.0,
+        delay=0.0,
+        nsample=0,
     )
     actuator.damping = 0.0 * np.asarray(actuator.damping)
     actuator.plugin.name, actuator.plugin.plugin_name = _INSTANCE, plugin.NAME
@@ -165,13 +168,33 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
     Raises:
         InputError: with the engine's own words, if the model does not compile; if muscles on one
-            supply or one chain state it differently.
+            supply or one chain state it differently; if a delay or a limit of the tendon's force is
+            stated for a muscle, which the engine has for actuators of its own only.
+        EngineError: if a model with muscles asks for the RK4 integrator.
     """
     model = _compiled(spec, "the model does not compile")
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    _refuse_unheeded(model)
     _couple(model)
     check_shared(model)
     return model
+
+
+def _refuse_unheeded(model: mujoco.MjModel) -> None:
+    """Refuse what muscles cannot have, and what the engine would leave out in silence."""
+    for index in muscle_ids(model):
+        refuse_multistage(model.opt.integrator)
+        tendon = model.actuator_trnid[index, 0]
+        if model.actuator_delay[index]:
+            raise InputError(
+                f"MuJoCo does not delay the control of muscle {model.actuator(index).name!r};"
+                " remove `delay`, and write a later value to data.ctrl"
+            )
+        if model.tendon_actfrclimited[tendon]:
+            raise InputError(
+                f"MuJoCo does not limit the force of muscle {model.actuator(index).name!r} by"
+                " actuatorfrcrange of its tendon; remove that, or set forcerange of the actuator"
+            )
 
 
 def _compiled(spec: mujoco.MjSpec, failed: str, instead: str = "") -> mujoco.MjModel:

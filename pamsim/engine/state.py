@@ -123,9 +123,9 @@ def charge(
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
-                f"muscle {index} cannot be filled to {pressure:g} Pa (gauge): either that is not"
+                f"muscle {name!r} cannot be filled to {pressure:g} Pa (gauge): either that is not"
                 " above vacuum (gauge pressures are zero at the atmosphere), or its force law has"
-                f" no volume at the tendon's length of {length:g} m"
+                f" no volume at its length of {muscle_length(m, length):.4g} m where it starts"
             )
         act[:] = states
 

@@ -48,7 +48,7 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
             raise EngineError(
                 f"actuator {model.actuator(index).name!r} is a pamsim muscle whose parameters are"
                 " no longer exact, as MJCF keeps six digits: load the rig with pamsim.load_rig, or"
-                " attach the muscle again with pamsim.attach"
+                " delete the actuator and attach the muscle again with pamsim.attach"
             )
     return muscles
 

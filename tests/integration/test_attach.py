@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import EngineError, InputError
+from pamsim.core.errors import EngineError, InputError, PamsimError
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.muscle import Mounting
@@ -114,6 +114,7 @@ def test_a_broken_run_is_not_reset_behind_the_users_back(model):
         'damping="3"',
         'armature="2"',
         'ctrlrange="-1 1"',
+        'delay="0.1" nsample="100"',
     ],
 )
 def test_what_a_model_states_for_its_motors_does_not_change_a_muscle(stated, muscle):
@@ -139,7 +140,6 @@ def test_models_put_into_one_move_as_alone_and_a_broken_run_of_theirs_is_not_res
     for place in range(2):
         spec = mujoco.MjSpec.from_string(CABLE)
         pamsim.attach(spec, tendon="cable", muscle=shipped)
-        world.nuser_actuator = spec.nuser_actuator
         frame = world.worldbody.add_frame(pos=[place, 0, 0])
         world.attach(spec.copy(), prefix=f"{place}_", frame=frame)
     ends = []
@@ -173,12 +173,17 @@ def test_a_muscle_of_another_rig_has_its_nominal_length_on_any_tendon(shipped):
     assert np.isfinite(data.qpos).all()
 
 
-def test_a_muscle_longer_than_its_fibres_is_refused_with_both_lengths(shipped):
+def test_a_muscle_longer_than_its_fibres_or_shorter_than_nothing_is_refused(shipped):
     spec = mujoco.MjSpec.from_string(CABLE)
     pamsim.attach(spec, tendon="cable", muscle=shipped, length_at_zero=0.25)
     model = pamsim.compile_model(spec)
     straight = shipped.braided.nominal_length / np.cos(shipped.braided.fibre_angle)
     with pytest.raises(InputError, match=rf"'cable' would be 0\.48 m [^\n]* {straight:.4g} m;"):
+        pamsim.reset(model, mujoco.MjData(model))
+    spec.delete(spec.actuators[0])
+    pamsim.attach(spec, tendon="cable", muscle=shipped, length_at_zero=-0.5)
+    model = pamsim.compile_model(spec)
+    with pytest.raises(InputError, match=r"'cable' cannot be filled .* its length of -0\.27 m"):
         pamsim.reset(model, mujoco.MjData(model))
     long = pamsim.load_rig("mas20_arm").with_parameters({"mounting.length_at_zero": 0.5})
     step = pamsim.pressure_step((1e5, 1e5), (2e5, 1e5), duration=0.1)
@@ -209,10 +214,16 @@ def test_what_cannot_be_attached_is_refused(muscle):
     for model in (TWO_JOINTS, mujoco.MjModel.from_xml_string(TWO_JOINTS)):
         with pytest.raises(InputError, match=f"MjSpec.*, not a {type(model).__name__}$"):
             pamsim.attach(model, tendon="elbow_cable", muscle=muscle)
-    with pytest.raises(InputError, match=r"muscle is 'muscle_1'; give one of a rig"):
-        pamsim.attach(spec, tendon="elbow_cable", muscle="muscle_1")
+    for no_muscle in ("muscle_1", pamsim.load_rig("mas20_arm")):
+        with pytest.raises(InputError, match=rf"\['muscle_1'\], not a {type(no_muscle).__name__}$"):
+            pamsim.attach(spec, tendon="elbow_cable", muscle=no_muscle)
     with pytest.raises(InputError, match="did you mean 'elbow_cable'"):
         pamsim.attach(spec, tendon="elbow_cabel", muscle=muscle)
+    with pytest.raises(InputError, match=r"known: elbow_cable, shoulder_cable$"):
+        pamsim.attach(spec, tendon=spec.tendons[0], muscle=muscle)
+    nameless = mujoco.MjSpec.from_string(CABLE.replace('spatial name="cable"', "spatial"))
+    with pytest.raises(InputError, match="no tendon 'cable' in this model; known: none"):
+        pamsim.attach(nameless, tendon="cable", muscle=muscle)
     pamsim.attach(spec, tendon="elbow_cable", muscle=muscle)
     with pytest.raises(InputError, match="exists already"):
         pamsim.attach(spec, tendon="elbow_cable", muscle=muscle)
@@ -224,3 +235,26 @@ def test_what_cannot_be_attached_is_refused(muscle):
     with pytest.raises(InputError, match="give length_at_zero"):
         pamsim.attach(unfinished, tendon="cable", muscle=muscle)
     pamsim.attach(unfinished, tendon="cable", muscle=muscle, length_at_zero=0.02)
+
+
+@pytest.mark.parametrize(
+    ("stated", "refused"),
+    [("delay", "does not delay"), ("actfrcrange", "does not limit"), ("integrator", "RK4")],
+)
+def test_what_the_engine_would_leave_out_is_refused_when_the_model_is_compiled(
+    stated, refused, muscle
+):
+    """A model with another integrator may take one with muscles in, after `pamsim.attach`."""
+    spec = mujoco.MjSpec.from_string(CABLE)
+    actuator = pamsim.attach(spec, tendon="cable", muscle=muscle, length_at_zero=0.02)
+    if stated == "delay":
+        actuator.delay, actuator.nsample = 0.1, 100
+    elif stated == "actfrcrange":
+        spec.tendons[0].actfrcrange = (-5, 5)
+    else:
+        world = mujoco.MjSpec()
+        world.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        world.attach(spec, prefix="arm_", frame=world.worldbody.add_frame())
+        spec = world
+    with pytest.raises(PamsimError, match=refused):
+        pamsim.compile_model(spec)
