@@ -8,10 +8,10 @@ Rigs and simulation::
 
 ``simulate_batch`` runs many on all cores, ``write_recording`` writes recordings into one folder,
 and ``new_rig`` writes a rig folder to start from. ``attach`` and ``compile_model`` put a `Muscle`
-on any MJCF; ``live``, ``reset``, ``pressures``, ``save_state`` and ``restore_state`` go with
-``mujoco.mj_step``, and ``slot`` is the place of a parameter in the model. Inside ``checks`` every
-step is checked for states that cannot be. `ArmViewer` shows the arm in a window, ``write_film``
-writes pictures as a film.
+on any MJCF; ``live``, ``reset``, ``charge``, ``pressures``, ``save_state`` and ``restore_state`` go
+with ``mujoco.mj_step``, ``register`` with saved models, and ``slot`` is the place of a parameter in
+the model. Inside ``checks`` every step is checked for states that cannot be. `ArmViewer` shows the
+arm in a window, ``write_film`` writes pictures as a film.
 
 Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordings``,
 ``experiment_of`` and ``at_times`` (simulate a measured trial), ``identify`` (transfer functions,
@@ -54,9 +54,11 @@ if TYPE_CHECKING:
     from pamsim.engine.batch import simulate_batch as simulate_batch
     from pamsim.engine.checks import checks as checks
     from pamsim.engine.new_rig import new_rig as new_rig
+    from pamsim.engine.plugin import register as register
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
     from pamsim.engine.simulate import simulated_step as simulated_step
+    from pamsim.engine.state import charge as charge
     from pamsim.engine.state import pressures as pressures
     from pamsim.engine.state import reset as reset
     from pamsim.engine.state import restore_state as restore_state
@@ -105,6 +107,7 @@ _HOME = {
     "at_times": "pamsim.comparison.experiments",
     "attach": "pamsim.engine.attach",
     "calibrate": "pamsim.calibration.calibrate",
+    "charge": "pamsim.engine.state",
     "check": "pamsim.diagnosis.check",
     "checks": "pamsim.engine.checks",
     "compile_model": "pamsim.engine.attach",
@@ -124,6 +127,7 @@ _HOME = {
     "pressure_step": "pamsim.recordings.experiment",
     "pressures": "pamsim.engine.state",
     "read_recordings": "pamsim.recordings.recording_reader",
+    "register": "pamsim.engine.plugin",
     "replicate": "pamsim.papers.replicate",
     "reproduce": "pamsim.papers.reproduce",
     "reset": "pamsim.engine.state",

@@ -35,9 +35,8 @@ def attach(
 
     The muscle's length is the tendon's plus ``length_at_zero``; it pulls the tendon shorter.
 
-    A process that loads the model from an MJB or a pickle must import pamsim and call
-    `pamsim.engine.plugin.register` before: where the muscles' plugin is unknown, MuJoCo itself
-    crashes.
+    A process that loads the model from an MJB or a pickle must call `pamsim.register` before: where
+    the muscles' plugin is unknown, MuJoCo itself crashes.
 
     Args:
         spec: the model; changed in place. Compile it with `compile_model`.

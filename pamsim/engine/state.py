@@ -97,8 +97,9 @@ def charge(
 ) -> None:
     """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
-    Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
-    the command ``pressure_set`` that pressure, else 0. Arguments and errors as of `reset`.
+    It is for starts elsewhere than in the model's initial position, such as in a keyframe. Creep is
+    relaxed there, and a lagged command has the value that keeps the valves shut: under the command
+    ``pressure_set`` that pressure, else 0. Arguments and errors as of `reset`.
     """
     ids = muscle_ids(model)
     try:
@@ -190,6 +191,8 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
 def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: ArrayLike) -> None:
     """Set what `save_state` saved; the continuation is then bit-identical.
 
+    The lengths of the tendons are those of that state, for `pressures`.
+
     Raises:
         InputError: if the state is of another model.
     """
@@ -197,6 +200,7 @@ def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: ArrayLike) 
     if state.shape != (size,):
         raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
     mujoco.mj_setState(model, data, state, _FULL)
+    measure_tendons(model, data)
 
 
 def refuse_other_drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -485,8 +485,8 @@ def evaluating_functions() -> set[str]:
 MJB = """
 import sys, mujoco
 if sys.argv[2] == "register":
-    import pamsim.engine.plugin
-    pamsim.engine.plugin.register()
+    import pamsim
+    pamsim.register()
 model = mujoco.MjModel.from_binary_path(sys.argv[1])
 mujoco.mj_step(model, mujoco.MjData(model))
 """

@@ -209,6 +209,20 @@ def test_a_muscle_that_is_pulled_longer_than_its_fibres_stops_the_run(shipped):
     assert 0.9 * 0.25 / np.cos(0.5) < longest < 1.2 * 0.25 / np.cos(0.5)
 
 
+def test_pressures_are_right_in_a_keyframe_and_in_a_restored_state(shipped):
+    pose = '<keyframe><key qpos="0.02"/></keyframe></mujoco>'
+    spec = mujoco.MjSpec.from_string(CABLE.replace("</mujoco>", pose))
+    pamsim.attach(spec, tendon="cable", muscle=shipped)
+    model = pamsim.compile_model(spec)
+    data, other = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    pamsim.charge(model, data, 2e5)
+    assert data.ten_length[0] == pytest.approx(0.21)
+    assert pamsim.pressures(model, data) == pytest.approx(2e5)
+    pamsim.restore_state(model, other, pamsim.save_state(model, data))
+    assert pamsim.pressures(model, other) == pytest.approx(2e5)
+
+
 def test_what_cannot_be_attached_is_refused(muscle):
     spec = mujoco.MjSpec.from_string(TWO_JOINTS)
     for model in (TWO_JOINTS, mujoco.MjModel.from_xml_string(TWO_JOINTS)):
