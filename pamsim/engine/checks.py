@@ -30,6 +30,7 @@ from typing import Any
 import mujoco
 
 from pamsim.core.errors import InvariantError
+from pamsim.engine.plugin import making_a_model
 from pamsim.engine.structs import callback_offsets
 from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, TENSION, state_name
 
@@ -110,9 +111,12 @@ def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
     """Note a broken invariant, unless one of the same simulation waits to be raised.
 
+    The step with which the engine tries a model that it compiles does not count.
     Given are the addresses of model and data, what `pamsim.physics.invariants` says, and the id of
     the actuator, -1 for the joints.
     """
+    if making_a_model():
+        return
     known = next((block[model] for block in tuple(_blocks) if model in block), None)
     key = data, id(known), code == ABOVE_SUPPLY
     if key in _found:

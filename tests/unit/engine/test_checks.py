@@ -13,6 +13,7 @@ import pamsim.envs  # registers the environments
 from pamsim.core.errors import InvariantError
 from pamsim.engine import checks, compiled, plugin
 from pamsim.physics import kernel
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6
 from pamsim.physics.record import STATE_NAMES, slot
 from pamsim.recordings.recording import Outcome
 
@@ -189,6 +190,21 @@ def test_a_model_is_not_blamed_for_another_that_lay_at_its_address_before(rig):
             pytest.skip("no address was used twice")
         with pytest.raises(InvariantError, match="actuator 0"):
             checks.raise_found()
+
+
+@pytest.mark.usefixtures("nothing_waits")
+def test_the_step_with_which_the_engine_tries_a_model_is_not_checked(rig):
+    """A pleated muscle has no finite force at nominal length, where this one stands."""
+    muscle = dataclasses.replace(rig.muscles["muscle_1"], force=SLENDERNESS_6)
+    spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
+    pamsim.attach(spec, tendon="chain_1", muscle=muscle)
+    model = pamsim.compile_model(spec)
+    with pamsim.live(model), pamsim.checks():  # the law is compiled
+        pamsim.compile_model(spec)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    with pytest.raises(InvariantError, match="not finite"):
+        checks.raise_found()
 
 
 def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_printed(rig, capsys):
