@@ -50,7 +50,7 @@ class ToyChain:
 
     def __init__(self, effects, planted=None, *, seed=0, same=None, bent=0.0):
         self.rig, self.links = ARM, (AIR, ARMLINK)
-        self._same = same or {}
+        self._same, self._shapes = same or {}, {}
         own = {p.name: p for e in effects for p in e.parameters}
         self._typical = {
             name: abs(e.probes[0].values[name] - e.neutral.get(name, 0.0)) or 1.0
@@ -123,6 +123,11 @@ class ToyChain:
         return total
 
     def _shape(self, name, link):
+        if (name, link) not in self._shapes:
+            self._shapes[name, link] = self._drawn(name, link)
+        return self._shapes[name, link]
+
+    def _drawn(self, name, link):
         """The same in repeats, another in every group and every `ROWS`: three waves."""
         total = np.zeros(len(self.blocks) * self.rows)
         time = np.linspace(0.0, 2.0 * np.pi, ROWS)
