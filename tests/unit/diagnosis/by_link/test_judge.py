@@ -6,20 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
+from pamsim.diagnosis.by_link.judge import gain_of_others
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown, taken_in
 from pamsim.diagnosis.by_link.limits import Difference, Remainder
-from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
+from pamsim.diagnosis.by_link.promise import Promise, Signature
 from pamsim.diagnosis.by_link.search import Tried
-from tests.unit.diagnosis.by_link.toy_chain import (
-    AIR,
-    ARMLINK,
-    STEPS,
-    ToyChain,
-    fitter_of,
-    tried,
-)
+from tests.unit.diagnosis.by_link.toy_chain import AIR, ARMLINK, STEPS, tried
 
 (FRICTION,) = tried("viscous_friction")
 
@@ -171,22 +163,3 @@ def test_a_fit_that_ends_worse_than_without_the_effect_begins_again_nearer():
     (neutral,) = FRICTION.neutral.values()
     assert fit.cost == 50.0
     assert begun[1] - neutral == pytest.approx(0.1 * (begun[0] - neutral))
-
-
-@pytest.mark.parametrize("more", [True, False])
-def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
-    """Both forms of the line's lag promise nothing beside the slew that was planted."""
-    effects = tried("valve_delay", "valve_slew", "line_lag")
-    delay, *others = effects
-    slew = next(e for e in others if e.name == "valve_slew")
-    chain = ToyChain(effects, slew.probes[0].values)
-    fitter = fitter_of(chain)
-    known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in effects])
-    fitted = []
-    steps = Steps(lambda done, most, what: fitted.append(what), 1)
-    case, links = Case(Tried(fitter, steps, known), None, {}), frozenset([AIR])
-    one = Needed(delay, links, fitter.stated, 0.0, None, {})
-    left = {AIR: SimpleNamespace(counts=more)}
-    rival_fits(case, fitter.stated, one, left)
-    every = {e.label for e in others}
-    assert set(fitted) == (every if more else {slew.label})

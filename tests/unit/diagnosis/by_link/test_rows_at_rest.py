@@ -17,6 +17,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_rest import RestFitter, diagnose_rest
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.blocks import Block
@@ -26,6 +27,8 @@ from tests.unit.diagnosis.by_link.toy_table import (
     LIBRARY,
     LOCK,
     NOISE,
+    SOFTEN,
+    TILT,
     Table,
     candidate,
     diagnosed,
@@ -112,13 +115,19 @@ def test_the_order_of_the_rows_changes_nothing():
 
 
 def test_losses_of_rows_left_out_are_those_of_refits():
-    """Squares of the errors, in units of the spread with which the others predict the row."""
-    angle = measured(TABLE, {"lock": 1.5}, noise=1e-3)
-    fitter = RestFitter(simulator(TABLE, angle), ["gain"])
-    searched = search(fitter, [LOCK], steps=Steps(None, 1))
+    """Squares of the errors, in units of the spread with which the others predict the row.
+
+    Of a row with far more load than all others the fit follows nearly everything.
+    """
+    far = TABLE.taken(np.arange(TABLE.step.size))
+    far.load[0] = 40.0
+    hidden = {"lock": 1.5, "tilt": 1.5}
+    fitter = RestFitter(simulator(far, measured(far, hidden, noise=1e-3)), ["gain"])
+    searched = search(fitter, [LOCK, TILT], steps=Steps(None, 1))
     unseen = LeftOut(fitter, searched.tried.known, nearest_units(fitter.simulator.inputs))
     ((_, losses),) = unseen.losses(searched.model).items()
     jacobian = searched.model.jacobian()
+    assert jacobian[0] @ np.linalg.inv(jacobian.T @ jacobian) @ jacobian[0] > 0.95
     for i in range(TABLE.step.size):
         keep = np.arange(TABLE.step.size) != i
         shift, *_ = np.linalg.lstsq(jacobian[keep], -searched.model.rows[keep], rcond=None)
@@ -126,6 +135,67 @@ def test_losses_of_rows_left_out_are_those_of_refits():
         spread = 1.0 + jacobian[i] @ np.linalg.inv(jacobian[keep].T @ jacobian[keep]) @ jacobian[i]
         assert losses[i] == pytest.approx(error**2 / spread, rel=1e-6)
         assert unseen.errors(searched.model)[i] == pytest.approx(1e-2 * error, rel=1e-6)
+
+
+def unseen_of(angle, known=()):
+    """Fitter without nuisance parameters, and its rows left out."""
+    fitter = RestFitter(simulator(TABLE, angle), [])
+    return fitter, LeftOut(fitter, known, nearest_units(fitter.simulator.inputs))
+
+
+def fitted(fitter, *effects):
+    start = {name: value for one in effects for name, value in one.probes[0].values.items()}
+    return fitter.fit(fitter.stated, effects, start, fitter.simulator.links)
+
+
+def test_beyond_the_noise_nothing_is_left_where_nothing_is_missing():
+    left = []
+    for seed in range(40):
+        fitter, unseen = unseen_of(measured(TABLE, {}, seed=seed))
+        for model in (fitter.stated, fitted(fitter, TILT)):
+            left += unseen.beyond_noise(model).values()
+    assert np.mean(left) == pytest.approx(0.0, abs=4.0 * np.sqrt(2.0 / (40 * TABLE.step.size)))
+
+
+def test_an_effect_is_as_certain_as_the_best_of_all_that_was_tried_lets_it_be():
+    """But for what the model without it has already, or has the parameters of."""
+    same = dataclasses.replace(SOFTEN, effect=dataclasses.replace(SOFTEN.effect, name="same"))
+    p_values = {}
+    for tried in (None, candidate("any", 1.0, 0.0, 9.0), SOFTEN, same):
+        known = [
+            Signature(effect=tried, probe=Probe(size=1.0, values={}), rows=drawn)
+            for drawn in np.random.default_rng(1).normal(size=(300 * bool(tried), TABLE.step.size))
+        ]
+        fitter, unseen = unseen_of(measured(TABLE, {"tilt": 0.4}), known)
+        model, rest = fitted(fitter, SOFTEN, TILT), fitted(fitter, SOFTEN)
+        found = unseen.better(model, rest, fitter.simulator.links)
+        p_values[tried and tried.name] = found.p_value
+    assert p_values["any"] > 2.0 * p_values[None]
+    assert p_values[None] == p_values["soften"] == p_values["same"]
+
+
+def test_the_noise_of_rows_is_what_the_best_model_leaves_per_degree_of_freedom():
+    """First the refitted rig, then what each search finds, until the next finds the same."""
+    table = Table(200)
+    angle = measured(table, {"gain": 0.11, "lock": 0.5})
+    stated, taken = [], []
+
+    def simulator_at(variance, exact_at):
+        stated.append(variance)
+        taken.append(exact_at)
+        return simulator(table, angle, variance)
+
+    found = diagnose_rest(simulator_at, (LOCK,), ["gain"])
+    off = table.angle({}) - angle
+    gain = table.angle({}) / np.linalg.norm(table.angle({}))
+    base = off @ off - (off @ gain) ** 2
+    expected = [1.0, np.mean(off**2), base / 199.0, NOISE**2]
+    assert stated == pytest.approx(expected, rel=0.2)
+    assert stated[2] == pytest.approx(expected[2], rel=1e-3)
+    assert taken[:3] == [{}] * 3
+    assert taken[3] == pytest.approx({"gain": 0.11, "lock": 0.5}, rel=0.1)
+    assert found.gap("x", 10.0, 1.0).before == pytest.approx(10.0 * np.sqrt(base / 199.0), rel=0.02)
+    assert found.gap("x", 10.0, 1.0).after == pytest.approx(10.0 * NOISE, rel=0.2)
 
 
 def test_a_simulator_of_rows_is_one_of_links():
