@@ -1,18 +1,20 @@
-"""What a judgement counts of every effect, and which rivals it fits, in rows that are exact."""
+"""What a search fits, what a judgement counts, and which rivals it fits: rows that are exact."""
+
+from collections import Counter
 
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.by_link import judge
-from pamsim.diagnosis.by_link.promise import promises
-from tests.unit.diagnosis.by_link.toy_chain import AIR, ARMLINK, tried
+from pamsim.diagnosis.by_link import judge, search
+from pamsim.diagnosis.by_link.promise import Signature, promises
+from tests.unit.diagnosis.by_link.toy_chain import AIR, ARMLINK, STEPS, tried
 from tests.unit.diagnosis.by_link.toy_rows import judgement, rows
 
-DELAY, SLEW, LAG, FRICTION, SAG, HYSTERESIS, ASYMMETRY = (
+DELAY, SLEW, LAG, FRICTION, SAG, HYSTERESIS, ASYMMETRY, STRIBECK = (
     tried(name)[0]
     for name in (
         *("valve_delay", "valve_slew", "pressure_lag", "viscous_friction"),
-        *("supply_sag", "valve_hysteresis", "valve_asymmetry"),
+        *("supply_sag", "valve_hysteresis", "valve_asymmetry", "stribeck_friction"),
     )
 )
 (LEAK, OTHER_LEAK), (LINE, OTHER_LINE) = tried("air_leak"), tried("line_lag")
@@ -118,24 +120,28 @@ RIVALS = [
 ]
 
 
-@pytest.mark.parametrize("more", [False, True])
-def test_three_rivals_of_other_families_are_fitted_and_all_of_its_own_where_more_is_left(more):
-    """Rivals promise a fifth of what the effect does, in all of their forms, and in its links."""
-    missing = rows(air_0=9.0, arm_0=9.0, air_6=1.0 if more else 0.0)
-    case, searched, begun = judgement(RIVALS, missing, DELAY, FRICTION)
-    model, (one, _) = judge.needed_effects(case, searched.model)
+def rivals(shapes, missing, *effects):
+    """Labels of the rivals that are fitted in the place of the first effect."""
+    case, searched, begun = judgement(shapes, missing, *effects)
+    model, (one, *_) = judge.needed_effects(case, searched.model)
     judge.rival_fits(case, model, one, case.unseen.remainders(model))
-    own = ["valve_slew", *([LINE.label, OTHER_LINE.label] if more else [])]
-    assert begun == [*own, LEAK.label, OTHER_LEAK.label, SAG.label, "valve_hysteresis"]
+    return begun
 
 
-def test_of_an_effects_own_forms_all_are_fitted_where_more_is_left_and_else_the_best():
-    forms = [(LEAK, rows(air_0=1.0)), (OTHER_LEAK, alike(0.1, 1))]
-    for left, fitted in ((0.0, []), (1.0, [OTHER_LEAK.label])):
-        case, searched, begun = judgement(forms, rows(air_0=9.0, air_6=left), LEAK)
-        model, (one,) = judge.needed_effects(case, searched.model)
-        judge.rival_fits(case, model, one, case.unseen.remainders(model))
-        assert begun == fitted
+@pytest.mark.parametrize(("left", "more"), [(0.0, []), (1.0, [LINE.label, OTHER_LINE.label])])
+def test_three_rivals_of_other_families_are_fitted_and_all_of_its_own_where_more_is_left(
+    left, more
+):
+    """Rivals promise a fifth of what the effect does, in all of their forms, and in its links."""
+    found = rivals(RIVALS, rows(air_0=9.0, arm_0=9.0, air_6=left), DELAY, FRICTION)
+    others = [LEAK.label, OTHER_LEAK.label, SAG.label, "valve_hysteresis"]
+    assert found == ["valve_slew", *more, *others]
+
+
+@pytest.mark.parametrize(("left", "more"), [(0.0, []), (1.0, [OTHER_LEAK.label])])
+def test_forms_of_an_effect_that_promise_little_are_fitted_where_more_is_left(left, more):
+    shapes = [(LEAK, rows(air_0=1.0)), (OTHER_LEAK, alike(0.1, 1))]
+    assert rivals(shapes, rows(air_0=9.0, air_6=left), LEAK) == more
 
 
 @pytest.mark.parametrize(("share", "fitted"), [(0.19, []), (0.21, ["valve_hysteresis"])])
@@ -242,3 +248,53 @@ def test_a_search_fits_what_promises_half_of_the_best_in_forms_that_promise_half
     fits = case.tried.best_fits(searched.base, found)
     assert begun == [LEAK.label, OTHER_LEAK.label, SAG.label]
     assert [one.effects for one in fits] == [(LEAK,), (SAG,)]
+
+
+def test_what_promises_a_tenth_of_what_is_left_and_something_material_is_worth_a_fit():
+    """But for what an error of a formula that was found would explain."""
+
+    def worth(shapes, missing, *effects):
+        case, searched, _ = judgement(shapes, missing, *effects)
+        return [p.effect for p in case.tried.worth_fitting(searched.model, case.tried.known)[1]]
+
+    for share, left, found in ((0.11, 9.0, 1), (0.09, 9.0, 0), (0.5, 0.042, 1), (0.5, 0.038, 0)):
+        assert worth([(LEAK, alike(share, 1))], rows(air_0=left)) == found * [LEAK]
+    shapes = [(DELAY, rows(air_0=1.0)), (LEAK, rows(air_1=1.0)), (SLEW, rows(air_1=1.0))]
+    missing = rows(air_0=9.0, air_1=1.0)
+    assert worth(shapes[:2], missing, DELAY) == [LEAK]
+    assert worth(shapes, missing, DELAY) == []
+    own = [
+        (DELAY, rows(air_0=1.0, arm_0=1.0)),
+        (FRICTION, rows(arm_0=1.0)),
+    ]  # of another size there
+    assert worth(own, rows(air_0=1.0, arm_0=9.0), DELAY) == []
+
+
+def test_all_forms_and_sizes_are_simulated_of_what_contends_in_its_links(monkeypatch):
+    """Of what promises a fifth of the best there, and a fifth of what is material."""
+    shapes = [
+        (LEAK, rows(air_0=1.0)),
+        (OTHER_LEAK, rows(air_0=1.0)),
+        (SAG, alike(0.21, 1)),
+        (HYSTERESIS, alike(0.19, 2)),
+        (STRIBECK, rows(arm_0=1.0)),
+    ]
+    of = {one.label: own for one, own in shapes}
+    monkeypatch.setattr(
+        search,
+        "signatures",
+        lambda fitter, model, probes: [
+            Signature(effect=one, probe=probe, rows=of[one.label]) for one, probe in probes
+        ],
+    )
+    for small, simulated in ((0.003, 1), (0.005, len(STRIBECK.probes))):
+        case, searched, _ = judgement(shapes, rows(air_0=9.0, arm_0=small))
+        tried = search.Tried(case.fitter, STEPS)
+        found = search._screened(tried, searched.base, [one for one, _ in shapes])
+        assert Counter(one.effect.label for one in found) == {
+            LEAK.label: 1,
+            OTHER_LEAK.label: 1,
+            SAG.label: len(SAG.probes),
+            "valve_hysteresis": 1,
+            "stribeck_friction": simulated,
+        }

@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judge import Case
-from pamsim.diagnosis.by_link.limits import Difference, Remainder
+from pamsim.diagnosis.by_link.limits import MATERIAL, Difference, Remainder
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.search import Searched, Tried
@@ -41,9 +41,11 @@ class LinearFitter:
 
     def __init__(self, shapes, missing, numbers):
         self.simulator = SimpleNamespace(links=(AIR, ARMLINK), acts_in=lambda names: {AIR})
-        self.units = SimpleNamespace(judged=SimpleNamespace(blocks=(1,)))
         self.link_of = np.repeat([0, 1], COUNT)
+        fitted = SimpleNamespace(link_of=self.link_of, group_of=0 * self.link_of)
+        self.units = SimpleNamespace(judged=SimpleNamespace(blocks=(1,)), fitted=fitted)
         self.counts = np.full(2, float(COUNT))
+        self.material = MATERIAL * self.counts
         noise = rows(**{f"{link}_{COUNT - 1}": 1.0 for link in ("air", "arm")})
         self._rows, self._shapes = noise - missing, {one.label: own for one, own in shapes}
         self._numbers = numbers
