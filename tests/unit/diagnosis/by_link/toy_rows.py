@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judge import Case
-from pamsim.diagnosis.by_link.limits import MATERIAL, Difference, Remainder
+from pamsim.diagnosis.by_link.limits import MATERIAL, USUAL, Difference, Remainder
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.search import Searched, Tried
@@ -43,12 +43,13 @@ class LinearFitter:
         self.simulator = SimpleNamespace(links=(AIR, ARMLINK), acts_in=lambda names: {AIR})
         self.link_of = np.repeat([0, 1], COUNT)
         fitted = SimpleNamespace(link_of=self.link_of, group_of=0 * self.link_of)
-        self.units = SimpleNamespace(judged=SimpleNamespace(blocks=(1,)), fitted=fitted)
+        judged = SimpleNamespace(blocks=(1,))
+        self.units = SimpleNamespace(judged=judged, fitted=fitted, limits=USUAL)
         self.counts = np.full(2, float(COUNT))
         self.material = MATERIAL * self.counts
         noise = rows(**{f"{link}_{COUNT - 1}": 1.0 for link in ("air", "arm")})
-        self._rows, self._shapes = noise - missing, {one.label: own for one, own in shapes}
-        self._numbers = numbers
+        self._rows, self._tried, self._numbers = noise - missing, shapes, numbers
+        self._shapes = {one.label: own for one, own in shapes}
         self.nuisance = {name: value for name, (value, _) in numbers.items()}
         self.stated = self.fit(None, (), {}, ())
 
@@ -71,11 +72,14 @@ class LinearFitter:
         )
 
     def simulate(self, sets, links, about):
-        """Of nuisance parameters alone."""
         found = []
         for values in sets:
-            moved = [(values[n] / value - 1.0) * own for n, (value, own) in self._numbers.items()]
-            found.append(self._rows + sum(moved))
+            sizes = [(values[n] / value - 1.0, own) for n, (value, own) in self._numbers.items()]
+            for one, own in self._tried:
+                name = one.parameters[0].name
+                probe, gone = one.probes[0].values[name], one.neutral.get(name, 0.0)
+                sizes.append(((values.get(name, gone) - gone) / (probe - gone), own))
+            found.append(self._rows + sum(size * own for size, own in sizes))
         return found
 
     def whiten(self, residual):
