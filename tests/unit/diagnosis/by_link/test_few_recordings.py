@@ -7,6 +7,7 @@ import pytest
 
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.diagnose_links import evidence_notes
+from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
 from pamsim.diagnosis.by_link.limits import USUAL
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, ToyLog, diagnosed, tried
@@ -26,10 +27,15 @@ class Twice(ToyChain):
 
 
 def test_one_log_shows_a_cause_to_the_family():
-    _, model, found = diagnosed(ToyLog(EFFECTS, {"valve.delay": DELAY}), EFFECTS)
+    fitter, model, found = diagnosed(ToyLog(EFFECTS, {"valve.delay": DELAY}), EFFECTS)
     assert {name: one.level() for name, one in found.items()} == {"valve_delay": "family"}
     assert not found["valve_delay"].exact
     assert model.values["valve.delay"] == pytest.approx(DELAY, rel=0.1)
+    unseen = HeldOut(fitter)
+    losses = unseen.losses(model)
+    for link, left in unseen.remainders(model).items():
+        assert (left.known, left.p_value) == (False, 1.0)
+        assert left.excess == pytest.approx(losses[link].mean() - 1.0)
 
 
 def test_a_cause_that_resembles_what_differs_is_found_if_it_is_far_larger():

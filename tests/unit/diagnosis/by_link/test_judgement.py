@@ -144,6 +144,11 @@ def test_forms_of_an_effect_that_promise_little_are_fitted_where_more_is_left(le
     assert rivals(shapes, rows(air_0=9.0, air_6=left), LEAK) == more
 
 
+def test_all_rivals_are_fitted_of_what_promises_nothing_itself():
+    shapes = [(DELAY, -rows(air_0=1.0)), (LEAK, alike(1e-4, 1))]  # of one sign, the wrong one
+    assert rivals(shapes, rows(air_0=9.0), DELAY) == [LEAK.label]
+
+
 @pytest.mark.parametrize(("share", "fitted"), [(0.19, []), (0.21, ["valve_hysteresis"])])
 def test_a_rival_is_joined_by_the_effect_that_promises_a_fifth_of_what_it_lacks(share, fitted):
     """The best one alone, not the effect in whose place it is, and only where more is left."""

@@ -170,6 +170,8 @@ def test_an_effect_is_as_certain_as_the_best_of_all_that_was_tried_lets_it_be():
         model, rest = fitted(fitter, SOFTEN, TILT), fitted(fitter, SOFTEN)
         found = unseen.better(model, rest, fitter.simulator.links)
         p_values[tried and tried.name] = found.p_value
+        equal = unseen.worse(model, model, rest, fitter.simulator.links)
+        assert (equal.gain, equal.p_value) == (0.0, 1.0)
     assert p_values["any"] > 2.0 * p_values[None]
     assert p_values[None] == p_values["soften"] == p_values["same"]
 
