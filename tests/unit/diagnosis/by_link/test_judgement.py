@@ -155,7 +155,7 @@ def test_all_rivals_are_fitted_of_what_promises_nothing_itself():
 @pytest.mark.parametrize(("share", "fitted"), [(0.19, []), (0.21, ["valve_hysteresis"])])
 def test_a_rival_is_joined_by_the_effect_that_promises_a_fifth_of_what_it_misses(share, fitted):
     """The best one alone, not the effect in whose place it is, and only where more is left."""
-    # What the rival, in whose shape is half of the effect's, missed of it.
+    # What the rival, whose shape is half the effect's, misses of it.
     missed = rows(air_0=0.5) - rows(air_1=0.5)
 
     def beside(number, share):
