@@ -91,8 +91,6 @@ class EffectParameter:
             low=by * self.low,
             high=by * self.high,
             starts=tuple(by * start for start in self.starts),
-            scaled_by="",
-            on_slide=1.0,
         )
 
     def bounds(self, own: float) -> tuple[float, float]:
