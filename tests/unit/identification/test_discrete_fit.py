@@ -13,6 +13,7 @@ from pamsim.identification.status import FitStatus
 from tests.unit.identification.planted import fit_arx, fit_oe, record, refuses, steps
 
 TS = 0.02
+FIRST = 3.0  # input at which a record begins
 
 
 def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
@@ -22,7 +23,7 @@ def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
     white = noise * rng.standard_normal(n)
     y = lfilter([0.0] * nk + list(b), [1.0, *a], u)
     y = y + (lfilter([1.0], [1.0, *a], white) if through_a else white) + offset
-    return SignalRecord(f"d{seed}", TS * np.arange(n), u, y, ("Pa",), "rad")
+    return SignalRecord(f"d{seed}", TS * np.arange(n), u + FIRST, y, ("Pa",), "rad")
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,14 @@ def test_planted_models_of_any_order_are_recovered(a, b, nk):
         assert model.denominator == pytest.approx([1.0, *a], abs=1e-6)
         assert model.numerator == pytest.approx(b, abs=1e-6)
         assert model.fit_percent == pytest.approx(100.0, abs=1e-3)
+        assert model.dead_time == pytest.approx(nk * TS)
         assert [t.offset for t in model.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
+        gain = sum(b) / (1.0 + sum(a))
+        assert model.level == pytest.approx(-3.75 - gain * FIRST, rel=1e-3)
+        w, z = np.array([0.1, 2.0, 60.0]), np.exp(1j * TS * np.array([0.1, 2.0, 60.0]))
+        expected = np.polyval(b, z) / np.polyval([1.0, *a], z) * z ** (len(a) - len(b) + 1.0 - nk)
+        found = model.structure.frequency_response(model.coordinates, w)
+        np.testing.assert_allclose(found, expected, rtol=1e-3)
 
 
 def test_offsets_are_those_of_a_column_of_ones_for_each_trial():
@@ -103,6 +111,35 @@ def test_intervals_cover(kind):
             hits[item.name] += low < planted[item.name] < high
     # Binomial(25, 0.95): 99.9 % of seeds give at least 20 hits.
     assert min(hits.values()) >= 20, hits
+
+
+def derived(structure, coordinates):
+    """Gain, a, b and logarithms of the rising time constants, by the roots."""
+    a, b = structure.denominator(coordinates), structure.numerator(coordinates)
+    times = np.sort(-TS / np.log(np.real(np.roots(a))))
+    return np.concatenate([[np.sum(b) / np.sum(a)], a[1:], b, np.log(times)])
+
+
+@pytest.mark.parametrize("kind", ["arx", "oe"])
+def test_intervals_of_two_poles_are_those_of_their_derivatives(kind):
+    options = {"noise": 0.01, "through_a": kind == "arx", "n": 1000}
+    given = [discrete(11, (-1.6, 0.63), (0.02, 0.05), 1, **options)]
+    model = (fit_arx if kind == "arx" else fit_oe)(
+        given, nb=2, nk=1, **{"na" if kind == "arx" else "nf": 2}
+    )
+    x = model.coordinates
+    sensitivities = np.column_stack(
+        [
+            (derived(model.structure, x + step) - derived(model.structure, x - step)) / 2e-7
+            for step in 1e-7 * np.eye(4)
+        ]
+    )
+    halves = model.quantile * np.sqrt(np.diag(sensitivities @ model.covariance @ sensitivities.T))
+    names = ["K", "a1", "a2", "b1", "b2", "T1", "T2"]
+    for name, value, half in zip(names, derived(model.structure, x), halves, strict=True):
+        interval = model[name].interval95
+        ends = np.log(interval) if name[0] == "T" else interval
+        assert ends == pytest.approx([value - half, value + half], rel=1e-3), name
 
 
 def undisturbed(output, given, interval=TS):

@@ -16,13 +16,15 @@ W = np.geomspace(0.1, 100.0, 50)
 PAIR = [1.0 / 25.0, 2.0 * 0.1 / 5.0, 1.0]  # wn = 5 rad/s, zeta = 0.1
 PAIR_AND_LAG = np.polymul(PAIR, [1.0, 1.0])
 TWO_PAIRS_AND_LAG = np.polymul(PAIR_AND_LAG, [1.0 / 400.0, 0.002, 1.0])
+TWO_LAGS = {"order": 2, "real_lags": True}
 LATE = {"order": 3, "zeros": 1, "dead_time": True}
 
 # Numerator, denominator, dead time, and how it is asked for.
 PLANTS = {
     "late lag": ([-2.0], lags(0.3), 0.04, {"order": 1, "dead_time": True}),
-    "two lags": ([2.0], lags(0.1, 1.0), 0.0, {"order": 2, "real_lags": True}),
+    "two lags": ([2.0], lags(0.1, 1.0), 0.0, TWO_LAGS),
     "pair": ([2.0], PAIR, 0.0, {"order": 2}),
+    "poles beyond what is measured": ([2.0], lags(0.003, 30.0), 0.0, TWO_LAGS),
     "zero on the right": ([-0.3, 2.0], lags(0.1, 1.0), 0.0, {"order": 2, "zeros": 1}),
     "late, pair, lag, zero": ([0.2, 2.0], PAIR_AND_LAG, 0.05, LATE),
     "two pairs and a lag": ([0.02, 0.3, 2.0], TWO_PAIRS_AND_LAG, 0.0, {"order": 5, "zeros": 2}),

@@ -1,6 +1,7 @@
 """From trials to one input and one output: expressions, units, rest, clocks, operating points."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -162,6 +163,18 @@ def test_every_step_of_a_staircase_is_a_point_and_repeats_share_it(monkeypatch):
     local, notes = mapped(loads[0])
     assert notes == ["of 4 operating points 3, drawn at random, have a model"]
     assert len(local.models) == 3
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_step_after_which_output_moved_by_a_twentieth_had_not_settled(sign):
+    given = staircase(1)
+    change, lead = round(3 * 2.5 / TS), round(0.2 * 2.5 / TS)
+    for share, expected in ((0.04, []), (0.06, ["before step 3 the output had not settled"])):
+        output = given.record.output.copy()
+        # The later half of the fifth of the plateau that the step starts from.
+        output[change - lead // 2 : change] += sign * share * 1e-6 * 0.5 * 1e5
+        moved = replace(given, record=replace(given.record, output=output))
+        assert [note.partition(": ")[2] for note in mapped(moved)[1]] == expected
 
 
 def test_a_gain_that_falls_with_the_level_is_found():

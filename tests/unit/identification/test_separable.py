@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
 
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.separable import Separable, minimise
-from pamsim.identification.weighted_fit import fit_separable
+from pamsim.identification.separable import Separable, minimise, scaled_solution
+from pamsim.identification.weighted_fit import Weights, fit_separable
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import WHITE, TrialNoise
-from tests.unit.identification.planted import record
+from tests.unit.identification.planted import coloured, record
 
 
 @pytest.mark.parametrize("colour", [(), (-0.8, 0.2)])
@@ -62,3 +63,30 @@ def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
     assert fit.disagreement > 0.01
     assert not fit.weighted
     np.testing.assert_allclose(fit.coordinates, minimise(problem, [np.empty(0)]).theta)
+
+
+def test_a_linear_solution_does_not_depend_on_units():
+    draw = np.random.default_rng(1)
+    design, truth = draw.normal(size=(50, 4)), np.array([[1.0], [-2.0], [0.0], [3.0]])
+    design[:, 2] = 0.0  # explains nothing
+    units = np.array([1.0, 1e-20, 1.0, 1e20])
+    found = scaled_solution(design * units, design @ truth)
+    np.testing.assert_allclose(found[:, 0] * units, truth[:, 0], rtol=1e-9)
+
+
+def test_intervals_of_a_plain_fit_allow_for_noise_however_slowly_it_fades():
+    n = 300
+    noise = coloured(np.random.default_rng(3), n, 0.97)
+    column = np.sin(0.02 * np.arange(n))[:, np.newaxis]
+    problem = Separable(
+        outputs=(column[:, 0] + noise,),
+        shared=lambda x, i: column,
+        own=lambda x, i: np.ones((n, 1)),
+        lower=np.empty(0),
+        upper=np.empty(0),
+        sample_times=(1.0,),
+    )
+    fit = fit_separable(problem, [np.empty(0)], Weights.EQUAL)
+    weights = np.linalg.pinv(np.hstack([column, np.ones((n, 1))]))[0]
+    errors = toeplitz(fit.noise.models[0].autocovariance(n)) * n / (n - 2)
+    assert fit.covariance[0, 0] == pytest.approx(weights @ errors @ weights, rel=1e-6)
