@@ -110,6 +110,21 @@ def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
     assert by_free_run([fit], [record], []).judged_by == "AICc"
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_a_last_third_judges_if_it_moves_a_fifth_as_much_as_the_rest(unit):
+    draw = np.random.default_rng(9)
+    given, output = steps(draw, 300, 10), draw.normal(size=300)
+    output[200:] *= np.std(output[:200]) / np.std(output[200:])
+    structure = ContinuousStructure(0, start="free")
+    for share, judge in ((0.19, "AICc"), (0.21, "the last third of each trial")):
+        moved = unit * np.append(output[:200], share * output[200:])
+        records = [SignalRecord(f"{k}", TS * np.arange(300), given, moved) for k in range(3)]
+        fit = rough_fit(structure, records, [np.empty(0)])
+        assert by_free_run([fit], records[:1], []).judged_by == judge
+        assert by_free_run([fit], records[:2], []).judged_by == judge
+        assert by_free_run([fit], records, []).judged_by == "AICc"  # of three, none is cut
+
+
 def test_an_unstable_plant_in_closed_loop_is_not_called_nonlinear():
     draw = np.random.default_rng(22)
     reference, pole = draw.choice([-1.0, 1.0], 20).repeat(30), np.exp(TS / 0.8)
@@ -216,7 +231,7 @@ def test_undamped_poles_at_harmonics_of_the_command_are_passed_over():
 
 def test_an_undamped_pair_of_which_no_period_is_seen_stands_for_a_drift():
     fit = SimpleNamespace(half_width=lambda _: None, unit=int)  # the damping is not known
-    for periods, expected in ((3.0, "lasts longer than the records"), (0.5, "")):
+    for periods, expected in ((1.03, "lasts longer than the records"), (0.97, "")):
         fit.coordinates = np.log([2.0 * np.pi * periods / 40.0, 1e-3])
         objections = [one.sentence for one in _undamped(fit, SimpleNamespace(pairs=1), 40.0)]
         assert len(objections) == bool(expected)

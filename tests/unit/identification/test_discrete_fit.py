@@ -205,6 +205,8 @@ def test_undetermined_and_bad_input_are_refused():
     both = [record(6), record(7, interval=0.01)]
     refuses("too short", fit_arx, [record(6)], na=300, nb=2, nk=1)
     refuses("nb >= 1", fit_arx, [record(6)], na=1, nb=0, nk=1)
+    refuses("nk >= 0", fit_arx, [record(6)], na=1, nb=1, nk=-1)
+    refuses("na >= 0", fit_arx, [record(6)], na=-1, nb=1, nk=1)
     refuses("nf >= 1", fit_oe, [record(6)], nb=1, nf=0, nk=1)
     refuses("sampled every", fit_oe, both, nb=1, nf=1, nk=1)
     refuses("sampled every", fit_oe(both[:1], nb=1, nf=1, nk=1).simulate, both[1])

@@ -81,6 +81,15 @@ def test_a_pole_that_the_response_does_not_show_is_not_trusted():
     assert hidden.status is FitStatus.DEGENERATE
 
 
+@pytest.mark.parametrize("factor", [0.95, 1.05])
+@pytest.mark.parametrize("edge", [W[-1] * 10.0, W[0] / 10.0])
+def test_a_pole_may_lie_ten_times_beyond_what_is_measured(edge, factor):
+    pole = edge * factor if edge > 1.0 else edge / factor
+    fit = fit_frequency_response(W, planted([2.0], lags(1.0 / pole, 1.0)), **TWO_LAGS)
+    assert (fit.status is FitStatus.CONVERGED) is (factor < 1.0)
+    assert (f"a pole at {pole:.3g} rad/s lies far outside" in fit.sentence) is (factor > 1.0)
+
+
 def test_a_response_that_leads_has_no_dead_time():
     fit = fit_frequency_response(
         W, planted([2.0], lags(0.3), -9e-4, noise=1e-3), order=1, dead_time=True

@@ -112,6 +112,17 @@ def test_trends_over_a_map_are_written_in_the_units_of_its_points(result):
         assert shown["slope"] * span == pytest.approx(trend.slope * trend.span)
         ends = [end * trend.span / span for end in trend.interval95]
         assert shown["interval95"] == pytest.approx(ends)
+    # A gain's own unit is that of the columns, too.
+    over = {"amplitude": 1e4 * np.arange(5.0)}
+    item = dependence(
+        "K", GAIN * (1.0 + 1e-5 * over["amplitude"]), np.full(5, 1e-8), over, logarithmic=False
+    )
+    found = replace(result, local=LocalModelMap((), (item,))).to_dict()["local"]
+    per_column = 1e3 * 180.0 / np.pi  # deg/kPa of rad/Pa
+    assert found["dependences"][0]["mean"] == pytest.approx(1.2 * GAIN * per_column)
+    shown = found["dependences"][0]["trends"]["amplitude"]
+    assert (shown["per"], shown["span"]) == ("kPa", pytest.approx(40.0))
+    assert shown["slope"] == pytest.approx(GAIN * per_column * 1e-5 * 1e3)
 
 
 def test_a_dead_time_that_one_of_several_inputs_does_not_have_is_none_in_the_text(result):

@@ -1,8 +1,11 @@
 """Local models over operating points: planted dependence, its absence, untrusted fits."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
+from scipy.stats import chi2
 
 from pamsim.core.encoding import to_dict
 from pamsim.identification.local_models import (
@@ -11,6 +14,8 @@ from pamsim.identification.local_models import (
     dependence,
     local_model_map,
 )
+from pamsim.identification.status import FitStatus
+from pamsim.inference.estimate import Estimate
 from tests.unit.identification.planted import fit_continuous, record, refuses
 
 PRESSURES = (1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5)
@@ -43,6 +48,38 @@ def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed():
     assert lag.heterogeneity_p > 1e-3
     json.dumps(to_dict(local.dependences), allow_nan=False)
     refuses("operating point", local_model_map, [])
+
+
+def test_a_map_weights_each_parameter_by_its_own_interval():
+    # Of time constants and dampings the logarithms; a zero may be negative.
+    rows = {
+        "K": ((2.0, (1.0, 3.0)), (3.0, (2.8, 3.2)), (9.0, None)),
+        "Tz": ((-0.2, (-0.3, -0.1)), (0.1, (0.05, 0.15))),
+        "L": ((0.1, (0.0, 0.2)), (0.2, (0.16, 0.24)), (0.0, (0.0, 0.1))),
+        "T1": ((0.5, (0.25, 1.0)), (1.0, (0.8, 1.25)), (1.0, (0.0, np.inf))),
+        "zeta": ((0.5, (0.4, 0.625)), (0.3, (0.15, 0.6))),
+    }
+    models = []
+    for k in range(3):
+        given = {name: row[k] for name, row in rows.items() if k < len(row)}
+        estimates = [
+            Estimate(name=name, unit="-", value=value, interval95=sides)
+            for name, (value, sides) in given.items()
+        ]
+        fit = SimpleNamespace(status=FitStatus.CONVERGED, quantile=2.0 + k, estimates=estimates)
+        models.append(LocalModel(OperatingPoint(1e5 * k), fit))
+    for found in local_model_map(models).dependences:
+        logs = found.parameter in ("T1", "zeta")
+        ends = [(value, sides[1]) for value, sides in rows.pop(found.parameter)[:2]]
+        value, upper = (np.log(ends) if logs else np.array(ends)).T
+        errors, apart = (upper - value) / [2.0, 3.0], np.diff(value)[0] ** 2
+        # Of two, the scatter between them is what their difference has beyond its own error.
+        weights = 1.0 / (errors**2 + max(0.0, (apart - np.sum(errors**2)) / 2.0))
+        mean = np.average(value, weights=weights)
+        assert (found.points, found.logarithmic) == (2, logs)
+        assert found.mean == pytest.approx(np.exp(mean) if logs else mean)
+        assert found.heterogeneity_p == pytest.approx(chi2.sf(apart / np.sum(errors**2), 1))
+    assert not rows
 
 
 def test_trends_that_are_not_there_are_seldom_found():

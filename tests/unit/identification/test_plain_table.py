@@ -225,6 +225,7 @@ BAD = {
     "both": (USUAL, {"time": "t", "dt": 1.0}, "exclude each other"),
     "unknown hold": (USUAL, {"hold": "soh"}, "did you mean 'zoh'"),
     "no interval": (table(["u", "y"]), {"dt": 0.0}, "`dt` = 0 s must be above 0"),
+    "endless": (table(["u", "y"]), {"dt": np.inf}, "`dt` = inf s must be above 0"),
     "no time": (PRESSED, {"time": "X (kPa)"}, "'kpa', which is no unit of time"),
     "back in time": (BACK, {}, "line 3: time_s = 6 does not come after"),
     "a gap in a column": ("t,u,y\n" + HOLE, {}, "line 7: y is empty; fill the gap"),

@@ -7,6 +7,7 @@ import pytest
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.curves import step_response_band
 from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.identify import identify
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
 from pamsim.identification.structure_scan import StructureScan
@@ -16,7 +17,7 @@ from pamsim.identification.transfer_function import (
     state_space,
     with_held_input,
 )
-from tests.unit.identification.planted import fit_continuous, lags, refuses, sampled, steps
+from tests.unit.identification.planted import fit_continuous, lags, log, refuses, sampled, steps
 
 TS, N = 0.02, 1500
 CONSTANTS = (0.06, 0.5)
@@ -124,6 +125,14 @@ def test_what_one_input_does_not_have_is_said_of_it_alone():
     assert found.status == "converged"
     assert "input 2 explains nothing of the output" in found.sentence
     assert found["K[1]"].interval95[0] < 2.0 < found["K[1]"].interval95[1]
+
+
+def test_inputs_that_do_not_change_by_themselves_are_refused(tmp_path):
+    u = given(6)[:200]
+    columns = TS * np.arange(200), u[:, 0], 5.0 - 2.0 * u[:, 0], np.full(200, 5.0), u[:, 1]
+    path = log(tmp_path / "log.csv", "time_s,a,b,c,y", *columns)
+    refuses("'b' follows from a:", identify, path, input=["a", "b"], output="y")
+    refuses("'c' never changes within a trial", identify, path, input=["a", "c"], output="y")
 
 
 def test_an_integrating_output_has_its_rate_where_all_inputs_are_zero():
