@@ -173,18 +173,9 @@ def test_few_values_are_held_unless_it_is_stated(path):
     draw = np.random.default_rng(5)
     smooth = np.convolve(draw.normal(size=N + 30), np.hanning(30), "valid")[:N]
     noisy = INPUT + 0.01 * draw.normal(size=N)
-    # A tenth of the rows may differ.
-    few, many = (
-        np.append(np.arange(n - 1.0).repeat(5), np.full(N - 5 * (n - 1), -1.0))
-        for n in (N // 10, N // 10 + 1)
-    )
-    for values, guessed in (
-        (INPUT, "zoh"),
-        (few, "zoh"),
-        (many, "foh"),
-        (smooth, "foh"),
-        (noisy, "foh"),
-    ):
+    few, many = (1.0 * np.minimum(K // 5, n) for n in (23, 24))  # up to a tenth of 240 may differ
+    guesses = {"zoh": (INPUT, few), "foh": (many, smooth, noisy)}
+    for guessed, values in ((guessed, v) for guessed, each in guesses.items() for v in each):
         path.write_text(table(["t", "u", "y"], K, given=values))
         assert record(path)[0].holds == (guessed,)
         for hold in ("zoh", "foh"):
