@@ -27,7 +27,7 @@ RULES = {
     "by_link/limits.py": ("ALPHA", "MATERIAL", "LEAST"),
     "by_link/judge.py": ("_RIVALS",),
     "by_link/search.py": (
-        "_OF_LEFT", "CONTENDS", "WORTH", "_MOST, _FORMS",
+        "_OF_LEFT", "CONTENDS", "WORTH", "MOST, _FORMS",
     ),
 }  # fmt: skip
 """File of the diagnosis -> numbers on which its conclusions depend."""
