@@ -246,18 +246,21 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
         and isinstance(node.op, ast.Not)
         and node.operand.lineno == node.lineno
     ):
-        yield node.lineno, node.col_offset, node.operand.col_offset, ""
+        yield node.lineno, node.col_offset, node.col_offset + len("not "), ""
 
 
-def files_of(room: Room, module: str) -> list[str]:
-    """Files and tests of a room, those that name a module, such as ``sweeps.job``, first."""
+def files_of(room: Room, module: str, copy: Path) -> list[str]:
+    """Files and tests of a room in a copy of the repository.
+
+    Those that name a module, such as ``sweeps.job``, come first.
+    """
     named: dict[str, bool] = {}
     always = " ".join(room.tests).split()
     for name in (*always, *" ".join(room.own).split()):
-        path = ROOT / "tests" / name
+        path = copy / "tests" / name
         for file in sorted(path.rglob("test_*.py")) if path.is_dir() else [path]:
-            test = str(file.relative_to(ROOT))
-            text = test + Path(ROOT, test.partition("::")[0]).read_text()
+            test = str(file.relative_to(copy))
+            text = test + Path(copy, test.partition("::")[0]).read_text()
             own = module in text or f"/test_{module.rpartition('.')[2]}" in text
             if own or name in always:
                 named[test] = own
@@ -265,9 +268,13 @@ def files_of(room: Room, module: str) -> list[str]:
 
 
 def failing(tests: list[str], copy: Path) -> str | None:
-    """The first of the tests that fails in a copy of the repository; empty if they take too long.
+    """The first of the tests that fails in a copy of the repository.
 
-    It fails once more by itself, for one that waits for a process may fail on a busy machine.
+    It fails once more by itself, for one that waits for a process may fail on a busy machine. Empty
+    if they take too long, or nothing can be imported.
+
+    Raises:
+        SystemExit: if pytest finds no such test.
     """
     places = {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy.parent / "numba")}
     pytest = (sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider")
@@ -283,6 +290,8 @@ def failing(tests: list[str], copy: Path) -> str | None:
         )
         if run.returncode == 0:
             return None
+        if "ERROR: not found" in run.stderr or "ERROR: file or directory not found" in run.stderr:
+            raise SystemExit(run.stderr.strip())
         named = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", run.stdout, re.MULTILINE)
         if found or not named:
             return found
@@ -298,7 +307,7 @@ def caught(mutation: Mutation, room: Room, copy: Path) -> str | None:
     path.write_text("".join(lines))
     module = ".".join(Path(mutation.file).with_suffix("").parts[-2:])
     try:
-        return failing(files_of(room, module), copy)
+        return failing(files_of(room, module, copy), copy)
     finally:
         path.write_text(original)
 
@@ -347,10 +356,10 @@ def check(part: str, count: int, seed: int, copy: Path, result: dict[str, Any]) 
         result["caught"] += found is not None
         if found is None:
             result["survivors"].append(asdict(mutation))
-        by = "SURVIVED" if found is None else found or "takes too long"
+        by = "SURVIVED" if found is None else found or "takes too long, or cannot be imported"
         tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}\n    {by}")
         yield
-    if not result["survivors"] and failing(files_of(room, ""), copy) is not None:
+    if not result["survivors"] and failing(files_of(room, "", copy), copy) is not None:
         raise SystemExit(f"{part}: the tests fail where nothing is changed")
 
 
