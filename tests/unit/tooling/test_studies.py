@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -237,3 +238,7 @@ def test_the_page_states_what_was_found_of_mistakes_in_units():
     assert f"{found['false_alarms']} of {found['valid']} recordings raised a suspicion" in text
     assert f"of {found['mistakes']} with a mistake {found['named']} were answered" in text
     assert len(found["each_missed"]) == found["mistakes"] - found["named"]
+    how = Counter(one["how"] for one in found["each_missed"])
+    absolute = sum("absolute" in one["mistake"] for one in found["each_missed"])
+    assert f"{how['silent']} mistakes were not seen, {absolute} of them absolute" in text
+    assert f"{how['refused']} were refused, and {how['suspected']} answered with another" in text
