@@ -51,6 +51,14 @@ def test_without_a_link_the_first_parameter_gives_it():
         dataclasses.replace(own_effect("valve.delay"), parameters=())
 
 
+def test_a_range_that_is_scaled_is_so_in_all_of_its_numbers():
+    """A slide's forces and speeds are other ones than a shaft's torques and rates."""
+    named = EffectParameter(name="friction", typical=0.1, low=0.01, high=1.0, starts=(0.2, 0.5))
+    found = named.scaled(4.0)
+    assert (found.typical, found.low, found.high) == pytest.approx((0.4, 0.04, 4.0))
+    assert found.starts == pytest.approx((0.8, 2.0))
+
+
 def test_a_kind_of_parameter_says_how_its_numbers_count_beside_the_rig_s():
     for kind, numbers, bounds in (
         (size, [0.0, 0.5, 1.0], (0.2, 2.0)),
