@@ -64,6 +64,8 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     assert [one.level() for one in beside_unknown([small, large])] == ["family", "family"]
     exact = replace(unknown, exact=True)
     assert [one.level() for one in beside_unknown([small, exact])] == ["", "family"]
+    alone = judged(0.05, 0.0, 0.05, named=True)  # the only one of its family, however small
+    assert [one.level() for one in beside_unknown([alone])] == ["name"]
 
 
 def test_the_error_of_a_formula_is_no_larger_in_a_link_than_what_it_takes_away_there():
