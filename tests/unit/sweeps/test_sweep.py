@@ -92,8 +92,8 @@ def test_every_row_is_the_simulation_of_its_values_with_units(finished):
 
 def test_runs_of_equal_rigs_come_to_rest_once(monkeypatch, tmp_path):
     settled = []
-    real = batch.settle_quickly
-    monkeypatch.setattr(batch, "settle_quickly", lambda *args: (settled.append(1), real(*args)))
+    real = batch.settle
+    monkeypatch.setattr(batch, "settle", lambda *args: (settled.append(1), real(*args)))
     vary = {"chamber.dead_volume": {"values": [5, 10]}, "final_2": {"values": [50, 100, 150]}}
     found = sweep({**STUDY, "vary": vary}, out=tmp_path)
     assert len(settled) == 2  # one for each dead volume, not for each of the six runs
