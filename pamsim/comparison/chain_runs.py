@@ -57,8 +57,8 @@ _SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at mos
 _PER_SWING, _SWINGS = 40, 10
 """Time steps in which a joint swings once on its way to rest, and swings until it hardly moves. In
 longer ones, which damp the swings, dry friction leaves it elsewhere: a rail with 12 N by 1 mm in
-8 steps, in 50 by less than its sensor's noise. On the shipped arm, which is slow, 40 are no
-shorter than the steps once it hardly moves."""
+8 steps, in 50 by less than its sensor's noise. On the shipped arm, which is slow, they are about
+as long as the steps once it hardly moves."""
 
 
 def in_link(name: str, link: Link) -> str:
