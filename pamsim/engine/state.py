@@ -60,9 +60,9 @@ class RestSteps:
     the swings leave it elsewhere.
     """
 
-    later: float  # time step [s]
-    swinging: float = math.inf  # time step while it moves, no longer than that [s]
-    swings: float = 0.0  # how long it does [s]
+    later: float  # time step once it hardly moves [s]
+    swinging: float = math.inf  # time step before, if shorter [s]
+    swings: float = 0.0  # how long the rig swings [s]
 
     def phases(self, duration: float) -> tuple[tuple[float, float], ...]:
         """Time step and length of each part of a way to rest of some duration [s]."""
@@ -256,9 +256,8 @@ def settle(
     data.ctrl[:] = pressures
     data.time = -experiment.settle
     now = _configuration(data)
-    for step, duration in (RestSteps(later=timestep) if steps is None else steps).phases(
-        experiment.settle
-    ):
+    steps = steps or RestSteps(later=timestep)
+    for step, duration in steps.phases(experiment.settle):
         model.opt.timestep = step
         left, block = round(duration / step), max(1, round(_REST_BLOCK / step))
         while left > 0:
