@@ -29,7 +29,10 @@ NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 IN_ONE_FOLDER = {"walkthrough.md", "more_rigs.md", "own_physics.md", "sweep.md", "gpu.md"}
 # What these do, tests of the commands, of the suite of controllers, the demo and the walkthrough do
 # every day, in less time.
-LONG = {"control.md-2", "diagnose.md-0", "hide_and_diagnose", "identify.md-0", "recipes.md-8"}
+LONG = {
+    "README.md-1", "control.md-2", "diagnose.md-0", "hide_and_diagnose", "identify.md-0",
+    "recipes.md-8",
+}  # fmt: skip
 
 pytestmark = pytest.mark.usefixtures("catalogs_as_before")
 
