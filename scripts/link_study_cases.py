@@ -1,6 +1,7 @@
 """Fresh cases for the diagnosis by link: what is hidden in each, of which size, under which noise.
 
-    python scripts/link_study_cases.py [--seed N] [--to N] [--json FILE] [--workers 2]
+    python scripts/link_study_cases.py [--seed N] [--to N] [--tiers TIER ...] [--json FILE]
+        [--workers 2]
 
 Cases that judge rules are drawn once the rules are frozen, by a seed that no case has been drawn
 with, and before any of them is run. Cases to make rules with have other seeds; 60 of them take two
@@ -353,8 +354,9 @@ def main() -> None:
     """Draw the cases, size them, write them."""
     asked = parser(__doc__, FILE, seed=SEED, workers=2)
     asked.add_argument("--to", type=int, help="number of the last case; all if left out")
+    asked.add_argument("--tiers", nargs="+", default=TIERS, choices=TIERS, help="all if left out")
     options = asked.parse_args()
-    cases = planned(options.seed)[: options.to]
+    cases = [case for case in planned(options.seed) if case["tier"] in options.tiers][: options.to]
     write_cases(options.json, cases, options.workers)
 
 

@@ -223,6 +223,24 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
     return [bar.judged(one) for bar, one in zip(BARS, found, strict=True)]
 
 
+FLOOR_ERROR = 0.2
+
+ONE_LOG = (
+    Bar("one log: noise of a channel within 20 % of what was added", low=0.90),
+    Bar("one log, one effect: family certain", low=0.75),
+)
+
+
+def must_show_of_one_log(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """The quantities that have a bar for a single log, of rows with its noise."""
+    ratios = [ratio for row in rows for ratio in row["floor"].values()]
+    found = (
+        plain_share([abs(ratio - 1.0) <= FLOOR_ERROR for ratio in ratios]),
+        share([row for row in rows if len(row["hidden"]) == 1], all_found),
+    )
+    return [bar.judged(one) for bar, one in zip(ONE_LOG, found, strict=True)]
+
+
 def pooled(records: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """Records of several draws as one."""
     rows = [row for one in records for row in one["rows"]]
