@@ -59,6 +59,7 @@ _FIELDS = f"{_PAGES}parameters_is_that_of_the_classes"
 _ENGINE = "unit/engine integration/test_callback.py integration/test_laws_in_engine.py physics"
 _OF_CLI = (
     "unit/tooling/test_commands.py unit/tooling/test_command_line.py"
+    " unit/tooling/test_command_options.py unit/tooling/test_lists.py"
     " integration/test_command_line.py integration/test_import_command.py"
     " integration/test_hide_command.py integration/test_film_command.py"
 )
@@ -134,7 +135,8 @@ PARTS = {
     ),
     "sweeps": Room(
         ("sweeps",),
-        ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py unit/sweeps/test_sweep.py"
+        ("unit/sweeps/test_designs.py unit/sweeps/test_own_function.py"
+         " unit/sweeps/test_runs_of_a_study.py unit/sweeps/test_sweep.py"
          " integration/test_command_line.py unit/sweeps/test_documented_sweep.py",),
     ),
     "cli": Room(("cli",), (_OF_CLI,), own=(_LONGER,)),

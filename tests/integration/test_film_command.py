@@ -75,19 +75,11 @@ def test_what_cannot_be_shown_is_one_line_and_exit_2(recording, run, monkeypatch
         assert expected in err
 
 
-def test_a_window_opens_at_the_pressures_given_and_replays_in_real_time(
-    recording, run, monkeypatch
-):
-    live, replayed = [], []
+def test_a_window_opens_at_200_kpa_or_half_the_supply(run, monkeypatch):
+    starts = []
     monkeypatch.setattr(
-        "pamsim.scene.viewer.watch_live", lambda rig, start, **_: live.append(start)
+        "pamsim.scene.viewer.watch_live", lambda _, start, **__: starts.append(start)
     )
-    monkeypatch.setattr(
-        "pamsim.scene.viewer.watch_replay", lambda replay, speed: replayed.append(speed)
-    )
-    for line in ("", "--pressure 100,50"):
-        assert run("view", *line.split())[0] == 0
-    assert live == [[200e3, 200e3], [100e3, 50e3]]
-    for line in ("", "--speed 0.5"):
-        assert run("view", recording, *line.split())[0] == 0
-    assert replayed == [1.0, 0.5]
+    for rig in ("mas20_arm", "equimus_leg"):
+        assert run("view", "--rig", rig)[0] == 0
+    assert starts == [[200e3, 200e3], [100e3, 100e3]]  # the leg's supply has 200 kPa

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, norm
 
+from pamsim.core.errors import InputError
+from pamsim.sweeps import result
 from pamsim.sweeps.design import Design, factor, runs_of
 from pamsim.sweeps.result import rank_correlations, sobol_indices
 from tests.unit.core.refusals import refused
@@ -49,6 +53,23 @@ def test_in_a_sensitivity_design_each_further_part_changes_one_factor():
         assert part == [{**base[k], name: other[k][name]} for k in range(8)]
 
 
+def test_the_fewest_and_the_most_that_a_design_takes():
+    assert factor("a", {**UNIT, "count": 2}).values == (0.0, 1.0)
+    assert runs_of(Design.GRID, [factor("a", {"values": [3]})], 0, 0) == [{"a": 3.0}]
+    assert len(runs_of(Design.RANDOM, [factor("a", UNIT)], 1, 0)) == 1
+    for most in ({"values": [1.0] * 100_000}, {**UNIT, "count": 100_000}):
+        assert len(factor("a", most).values) == 100_000
+    for table in ({"values": [1.0] * 100_001}, {**UNIT, "count": 100_001}):
+        with refused("vary.a", "100,000"):
+            factor("a", table)
+    two, taken = [factor(name, UNIT) for name in "ab"], []
+    for runs in range(1, 40):
+        with contextlib.suppress(InputError):
+            assert len(runs_of(Design.SENSITIVITY, two, runs, 0)) == 4 * runs
+            taken.append(runs)
+    assert taken == [2, 4, 8, 16, 32]
+
+
 def test_a_factor_that_is_none_names_its_key():
     for table, message in (
         (3, "must be a table"),
@@ -71,6 +92,8 @@ def test_a_factor_that_is_none_names_its_key():
     for table, message in (
         (UNIT, "vary.rig: unknown key low"),
         ({"values": ["mas20_arm"], "unit": "kPa"}, "vary.rig: unknown key unit"),
+        ({"values": []}, "names or folders of rigs"),
+        ({"values": ["mas20_arm", 3]}, "names or folders of rigs"),
     ):
         with refused(message):
             factor("rig", table)
@@ -123,6 +146,24 @@ def test_sobol_indices_of_ishigami_s_function(ishigami):
     assert found == sobol_indices("abc", {"y": y}, RUNS, 0)["y"]
 
 
+def test_intervals_miss_the_shares_of_a_sum_s_terms_as_rarely_as_they_state(monkeypatch):
+    """Of independent draws: with Sobol's, which are more even, they hardly ever miss."""
+    monkeypatch.setattr(result, "_RESAMPLES", 60)
+    weights, below, above = np.array([1.0, 2.0, 4.0]), 0, 0
+    for seed in range(20):
+        a, b = np.random.default_rng(seed).random((2, 64, 3))
+        mixed = [np.where(np.arange(3) == i, b, a) for i in range(3)]
+        y = np.concatenate([a, b, *mixed]) @ weights
+        found = sobol_indices("abc", {"y": y, "milli": 1e3 * y}, 64, seed)
+        for name, share in zip("abc", weights**2 / 21.0, strict=True):
+            index = found["y"][name]
+            assert found["milli"][name].total_interval95 == pytest.approx(index.total_interval95)
+            for low, high in (index.first_interval95, index.total_interval95):
+                below += share < low
+                above += share > high
+    assert max(below, above) < 16  # of 120, of which a fortieth on each side is due
+
+
 def test_outputs_that_do_not_vary_or_are_not_complete_have_no_index(ishigami):
     factors, y = ishigami
     gaps = np.where(np.arange(y.size) == 5, np.nan, y)
@@ -138,3 +179,7 @@ def test_a_rank_correlation_sees_any_monotonic_dependence():
     assert found["y"]["a"] == pytest.approx(-1.0)
     assert abs(found["y"]["b"]) < 0.2
     assert "same" not in found["y"]
+    small = rank_correlations({"a": 1e-3 * a}, {"y": 1e6 * np.exp(-9.0 * a)})
+    assert small["y"]["a"] == found["y"]["a"]
+    for runs, known in ((3, set()), (4, {"y"})):
+        assert rank_correlations({"a": a[:runs]}, {"y": b[:runs]}).keys() == known

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import re
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from pamsim.core.errors import InputError
 from pamsim.recordings.array_files import read_arrays
 from tests.typed_command import run
 from tests.unit.report.page_laws import check_page
@@ -73,3 +75,15 @@ def test_executors_that_cannot_be_had_are_one_line(typed, monkeypatch):
     ):
         code, _, error = typed("sweep", "study.toml", "--out", "out", *words)
         assert (code, message in error, error.count("\n")) == (2, True, 1), error
+
+
+def test_one_worker_process_is_enough(typed, monkeypatch):
+    used = []
+
+    def taken(*_, executor, **__):
+        used.append(executor)
+        raise InputError("taken")
+
+    monkeypatch.setattr("pamsim.sweeps.sweep.sweep", taken)
+    assert typed("sweep", "study.toml", "--out", "out", "--processes", "1")[0] == 2
+    assert isinstance(used[0], ProcessPoolExecutor)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import multiprocessing
+import re
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
@@ -92,6 +93,20 @@ def test_a_pure_number_is_written_without_a_unit(tmp_path):
     found = sweep(made, out=tmp_path)
     assert "error: 0 to 8, median 4;" in found.summary()
     assert pamsim.plot(found).axes[0].get_ylabel() == "error"
+
+
+def weighted(**factors):
+    return {"sum": sum(int(name[1]) * value for name, value in factors.items())}
+
+
+def test_a_summary_names_the_three_factors_that_matter_most(tmp_path):
+    draws = np.random.default_rng(0).random((60, 5))
+    runs = [{f"f{i}": float(x) for i, x in enumerate(row)} for row in draws]
+    found = sweep(pamsim.function_study(weighted, runs, columns={"sum": "1"}), out=tmp_path)
+    ranks = found.rank_correlations["sum"]
+    assert re.findall(r"(f\d) ([+-][\d.]+)", found.summary()) == [
+        (name, f"{ranks[name]:+.2f}") for name in ("f4", "f3", "f2")
+    ]
 
 
 def test_rows_of_another_study_are_not_taken_for_its_own(tmp_path):
