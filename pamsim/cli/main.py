@@ -129,8 +129,8 @@ def _usage(error: click.UsageError) -> str:
     elif "unexpected extra argument" in text:  # mostly --pressure 400 100
         text += ": values of a list are joined by commas, as 400,100"
     # Without the name of the program, which is python -m pamsim in some calls.
-    command = error.ctx.command_path.removeprefix(error.ctx.find_root().command_path).strip()
-    return f"{text}; `pamsim {command} --help` shows all"
+    command = error.ctx.command_path.removeprefix(error.ctx.find_root().command_path)
+    return f"{text}; `pamsim{command} --help` shows all"
 
 
 def _echo_error(text: str) -> None:

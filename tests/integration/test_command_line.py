@@ -12,6 +12,7 @@ import sys
 import time
 import tomllib
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -60,6 +61,8 @@ BAD_INPUT = (
     ("hide coulomb_friction", "missing --out ("),
     ("sweep", "missing argument 'STUDY'; `pamsim sweep --help`"),
     ("import log.csv", "missing --rig (Shipped rig or rig folder that the logs are of), --out ("),
+    ("import log.csv --rig=mas20_arm", "error: missing --out ("),
+    ("-x", "; `pamsim --help` shows all"),
     ("step --pressure high,low", "'high' is not a number"),
     ("step --pressure 300,0 --load -1", "experiment.load = -1"),
     ("step --pressure 300,0 --load 1200", "in grams, write 1200g"),
@@ -175,6 +178,13 @@ def test_step_writes_recording_figure_and_json(tmp_path, run):
     # through the encoder every angle is a whole number of increments
     counts = float(rows[-1]["angle_deg"]) / 0.144
     assert abs(counts - round(counts)) < 1e-6
+    last = {name: float(text) for name, text in rows[-1].items()}
+    assert result["start_pressure_kpa"] == [487.0, 487.0]  # the highest set point
+    for key, columns in (
+        ("pressure_kpa", ("p1_kpa", "p2_kpa")),
+        ("tension_n", ("force1_n", "force2_n")),
+    ):
+        assert result[f"final_{key}"] == pytest.approx([last[c] for c in columns], rel=1e-6)
     assert (folder / "step.png").stat().st_size > 10_000
     page = (folder / "index.html").read_text(encoding="utf-8")
     assert f"{result['start_deg']:.2f} → {result['final_deg']:.2f} deg" in page
@@ -182,10 +192,26 @@ def test_step_writes_recording_figure_and_json(tmp_path, run):
     check_page(page)
 
 
-def test_every_command_has_help():
-    for name in cli.list_commands(None):
-        shown = CliRunner().invoke(cli, [name, "--help"])
-        assert (shown.exit_code, "Usage" in shown.output) == (0, True), name
+def test_a_step_begins_at_the_pressures_given_or_without_any(run):
+    for words, start in (
+        ("--rig muscle_bench --pressure 300", [0.0]),
+        ("--valve 0.5,-1 --start 1bar,200", [100.0, 200.0]),
+    ):
+        code, out, _ = run("step", *words.split(), "--duration", "0.1", "--json", "-")
+        assert code == 0
+        assert json.loads(out)["start_pressure_kpa"] == start
+
+
+def test_help_shows_a_default_wherever_there_is_one():
+    for name in set(cli.list_commands(None)) - {"list"}:
+        command = cli.get_command(None, name)
+        assert CliRunner().invoke(cli, [name, "--help"]).exit_code == 0
+        context = click.Context(command)
+        for option in command.params:
+            if isinstance(option, click.Option):
+                usual, (_, shown) = option.get_default(context), option.get_help_record(context)
+                stated = isinstance(usual, str | float | int) and usual != ""
+                assert ("default: " in shown) == (stated and usual is not False), (name, shown)
 
 
 def test_arguments_of_the_library_are_shown_as_flags_of_the_command():
