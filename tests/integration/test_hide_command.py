@@ -142,6 +142,10 @@ def test_the_demo_s_page_has_its_film_unless_none_is_wanted(run, tmp_path, monke
         assert (printed + err).count("no picture: no screen") == films
         page = (tmp_path / choice / "index.html").read_text("utf-8")
         assert page.count("data:image/gif;base64,R0lG") == films
+    trials = read_recordings(tmp_path / "--film" / "recording").trials
+    stated = "20 trials of 2 s"
+    assert stated in run("demo", "--help")[1]
+    assert stated == f"{len(trials)} trials of {trials[0].time[-1]:.0f} s"
 
 
 def test_what_varies_from_trial_to_trial_is_what_a_muscle_or_bellows_has():
