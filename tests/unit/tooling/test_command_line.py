@@ -85,9 +85,11 @@ def test_json_on_standard_output_is_all_that_is_there(typed):
 
 def test_verbose_logs_on_standard_error_and_shows_where_an_error_comes_from(typed):
     words = ["list", "protocols", "bursts"]
-    plain, verbose = typed(*words), typed(*words, "-v")
+    plain, began = typed(*words), time.perf_counter()
+    verbose, elapsed = typed(*words, "-v"), time.perf_counter() - began
     assert verbose[0] == plain[0]
     first, last = verbose[1].splitlines()
+    assert 0.0 <= float(first.split()[0]) <= float(last.split()[0]) < elapsed + 0.01  # as rounded
     assert "mujoco" in first
     assert "done" in last
     _, plain = typed("list", "protocols", "bursst", code=2)
