@@ -10,9 +10,10 @@ import pytest
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, forms, rig_effect
 from pamsim.core.errors import InputError
+from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter, rig_parameters
 from pamsim.recordings.step_metrics import step_figures
-from pamsim.sweeps import examined
+from pamsim.sweeps import examined, simulated
 from pamsim.sweeps.job import with_values
 from pamsim.sweeps.study import read_study
 from pamsim.sweeps.sweep import sweep
@@ -60,6 +61,20 @@ def test_a_value_in_another_unit_is_the_same_run(tmp_path):
     for name in found[0].outputs:
         first, second = (one.columns()[name] for one in found)
         np.testing.assert_allclose(first, second, rtol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("loads", [[1], [0, 1], [0, 1, 2]])
+def test_a_run_that_the_engine_refuses_stops_no_other(loads, tmp_path, monkeypatch):
+    def refusing(jobs, **options):
+        if any(experiment.load == 1.0 for _, experiment in jobs):
+            raise InputError("too heavy")
+        return simulate_batch(jobs, **options)
+
+    monkeypatch.setattr(simulated, "simulate_batch", refusing)
+    plan = {**study({}), "vary": {"load": {"values": loads}}}
+    columns = sweep(plan, out=tmp_path).columns()
+    refused = [message == "too heavy" for message in columns["message"]]
+    assert refused == np.isnan(columns["final_deg"]).tolist() == [load == 1 for load in loads]
 
 
 def numbers(rig):

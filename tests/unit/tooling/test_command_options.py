@@ -13,63 +13,49 @@ import pytest
 
 from pamsim.cli.main import cli
 from pamsim.core.errors import InputError
+from pamsim.engine.rig import Rig
 from pamsim.envs.settings import EnvSettings
 from pamsim.twins.synthetic_recording import HideSettings
 from tests.typed_command import run
 
 CONTEXT = click.Context(cli)
 
-# What a command needs -> functions that it calls, the job last; options that have another name
-# there; options that do not go there.
+# What a command needs -> functions that it calls, that of the job last.
 CALLS = {
-    "calibrate data": ("calibration.calibrate.calibrate", {}, ()),
-    "check data": ("diagnosis.check.check", {}, ()),
-    "diagnose data": ("diagnosis.diagnose.diagnose", {}, ("film",)),
-    "fit map.csv": ("fitting.fit.fit", {}, ("held", "model", "rig")),
-    "hide air_leak --out new": ("twins.hide.hide", {"no_forces": "forces"}, ("size",)),
-    "identify data": (
-        "identification.identify.identify", {}, ("rig", "pressure", "load", "duration"),
+    "calibrate data": "calibration.calibrate.calibrate",
+    "check data": "diagnosis.check.check",
+    "diagnose data": "diagnosis.diagnose.diagnose",
+    "fit map.csv": "fitting.fit.fit",
+    "hide air_leak --out new": "twins.hide.hide",
+    "identify data": "identification.identify.identify",
+    "identify --simulate mas20_arm": "engine.simulate.simulated_step",
+    "import log.csv --rig mas20_arm --out new": "comparison.import_log.import_log",
+    "new-rig mine": "engine.new_rig.new_rig",
+    "render rest.png": "scene.picture.picture_rest",
+    "render a.png --recording data --time 1": (
+        "scene.replay.read_replay report.film.picture_instant"
     ),
-    "identify --simulate mas20_arm": (
-        "engine.simulate.simulated_step", {},
-        ("input", "output", "time", "dt", "hold", "order", "zeros", "integrators", "poles",
-         "dead_time", "arx", "oe", "start", "trials", "protocols", "hold_out", "local"),
-    ),
-    "import log.csv --rig mas20_arm --out new": ("comparison.import_log.import_log", {}, ()),
-    "new-rig mine": ("engine.new_rig.new_rig", {}, ()),
-    "render rest.png": (
-        "scene.picture.picture_rest", {"pressure": "pressures"},
-        ("recording", "trial", "time", "fps", "speed", "width", "height"),
-    ),
-    "render one.png --recording data --time 800ms": (
-        "scene.replay.read_replay report.film.picture_instant", {},
-        ("pressure", "load", "fps", "speed", "width", "height"),
-    ),
-    "render film.gif --recording data": (
-        "scene.replay.read_replay report.film.film_trial", {},
-        ("pressure", "load", "time", "width", "height"),
-    ),
-    "replicate": ("papers.replicate.replicate", {}, ()),
-    "reproduce": ("papers.reproduce.reproduce", {}, ()),
-    "step --pressure 487,0": (
-        "engine.simulate.simulate",
-        {"pressure": "command_value", "start": "start_pressure", "sample_hz": "sample_rate"},
-        ("valve", "sensors", "rig"),
-    ),
-    "sweep study.toml --out new": ("sweeps.sweep.sweep", {}, ("processes", "scheduler")),
-    "train --out new": ("envs.train.train", {}, ()),
-    "view": (
-        "scene.viewer.watch_live", {"pressure": "start"}, ("rig", "effects", "trial", "speed")
-    ),
-    "view data": (
-        "scene.replay.read_replay scene.viewer.watch_replay", {}, ("pressure", "load", "effects")
-    ),
-}  # fmt: skip
+    "render a.gif --recording data": "scene.replay.read_replay report.film.film_trial",
+    "replicate": "papers.replicate.replicate",
+    "reproduce": "papers.reproduce.reproduce",
+    "step --pressure 487,0": "engine.simulate.simulate",
+    "sweep study.toml --out new": "sweeps.sweep.sweep",
+    "train --out new": "envs.train.train",
+    "view": "scene.viewer.watch_live",
+    "view data": "scene.replay.read_replay scene.viewer.watch_replay",
+}
+RENAMED = {
+    "hide": {"no_forces": "forces"},
+    "render": {"pressure": "pressures"},
+    "step": {"start": "start_pressure", "sample_hz": "sample_rate"},
+    "view": {"pressure": "start"},
+}
 SETTINGS = {"hide": HideSettings, "train": EnvSettings}
 """Whose fields a function takes by further keywords."""
-OWN_DEFAULTS = {"train": {"task"}, "view": {"effects", "with_effects"}}
-OF_ALL = {"out", "json_file", "open", "force", "quiet", "verbose"}
-"""Options that have tests of their own, for all commands."""
+OWN = {"train": {"task"}, "view": {"effects", "with_effects"}}
+"""Where a command has another default, or gives more than was typed."""
+OF_ALL = {"out", "json_file", "open", "force", "quiet", "verbose", "progress"}
+"""What has tests of its own, for all commands."""
 
 TYPED = {
     "--arx": ("1,2,3", (1, 2, 3)),
@@ -78,27 +64,30 @@ TYPED = {
     "--dt": ("2min", 120.0),
     "--duration": ("800ms", 0.8),
     "--fibre-angle": ("180", math.pi),
+    "fit --hold": ("scale=2", {"scale": 2.0}),
     "--load": ("1200g", 1.2),
+    "--model": ("six_parameter", "six_parameter"),
     "--nominal-length": ("300", 0.3),
     "--oe": ("3,2,1", (3, 2, 1)),
     "--paper": ("Sarosi", ["sarosi"]),
     "--rig": ("two_joint_arm", "two_joint_arm"),
     "--segments": ("fill=1:2,vent=3:4", {"fill": [(1.0, 2.0)], "vent": [(3.0, 4.0)]}),
-    "--time": ("900ms", 0.9),
+    "render --time": ("900ms", 0.9),
     "--timestep-ms": ("2", 0.002),
     "--top-pressure": ("400", 4e5),
 }
 """Option with a grammar of its own -> what is typed, and what it means in SI."""
 
 
-def typed(option, number):
+def typed(command, option, number):
     """Words of an option, and the value that its function is to get."""
     flag, text = option.opts[0], f"a_{option.name}"
     if option.is_flag:
         off = option.secondary_opts  # of what is on by default
         return off or [flag], option.name != "no_forces" and not off
-    if flag in TYPED and not (flag == "--time" and option.type is click.STRING):
-        return [flag, TYPED[flag][0]], TYPED[flag][1]
+    for key in (f"{command} {flag}", flag):
+        if key in TYPED:
+            return [flag, TYPED[key][0]], TYPED[key][1]
     if (option.help or "").endswith(": NAME,NAME."):
         return [flag, "one,two", flag, "three"], ("one", "two", "three")
     if isinstance(option.type, click.types.FloatParamType):
@@ -114,7 +103,7 @@ def typed(option, number):
 def watch(monkeypatch, path, seen, *, last):
     """Have a function only note its arguments; the last that is called ends the command.
 
-    Returns the defaults of its arguments, where there are any.
+    Returns its arguments, each with its default.
     """
     module, _, name = f"pamsim.{path}".rpartition(".")
     signature = inspect.signature(getattr(importlib.import_module(module), name))
@@ -129,10 +118,8 @@ def watch(monkeypatch, path, seen, *, last):
             raise InputError("it was called")
 
     monkeypatch.setattr(f"{module}.{name}", noted)
-    defaults = {
-        p.name: p.default for p in signature.parameters.values() if p.default is not p.empty
-    }
-    return defaults | (vars(SETTINGS[name]()) if more else {})
+    own = {p.name: p.default for p in signature.parameters.values()}
+    return own | (vars(SETTINGS[name]()) if more else {})
 
 
 @pytest.mark.parametrize("line", CALLS)
@@ -140,32 +127,31 @@ def test_an_option_reaches_the_job_and_one_left_out_is_the_job_s_default(
     line, monkeypatch, capsys, tmp_path
 ):
     monkeypatch.chdir(tmp_path)
-    called, renamed, elsewhere = CALLS[line]
     command, *words = line.split()
-    *before, last = called.split()
-    usual, seen = {}, {}
-    for path in (*before, last):
-        usual |= watch(monkeypatch, path, seen, last=path == last)
+    paths, usual, seen = CALLS[line].split(), {}, {}
+    for path in paths:
+        usual |= watch(monkeypatch, path, seen, last=path == paths[-1])
 
     def given(*more):
         seen.clear()
         code, _, error = run(monkeypatch, capsys, command, *words, *more)
         assert (code, error) == (2, "pamsim: error: it was called\n")
         arrays = {n: np.ravel(v).tolist() for n, v in seen.items() if isinstance(v, np.ndarray)}
-        return {**seen, **arrays}
+        rigs = {name: value.name for name, value in seen.items() if isinstance(value, Rig)}
+        return {**seen, **arrays, **rigs}
 
+    apart = OF_ALL | OWN.get(command, set())
     left_out = given()
-    for name in (left_out.keys() & usual.keys()) - {"progress", *OWN_DEFAULTS.get(command, ())}:
-        assert (left_out[name] or None) == (usual[name] or None), name
+    for name in (left_out.keys() & usual.keys()) - apart:
+        if usual[name] is not inspect.Parameter.empty:
+            assert (left_out[name] or None) == (usual[name] or None), name
     options = {
-        option.name: typed(option, number)
+        RENAMED.get(command, {}).get(option.name, option.name): typed(command, option, number)
         for number, option in enumerate(cli.get_command(CONTEXT, command).params, 2)
-        if isinstance(option, click.Option)
-        and option.name not in {*OF_ALL, *elsewhere}
-        and option.opts[0] not in words
+        if isinstance(option, click.Option) and option.opts[0] not in words
     }
-    found = given(*(word for own, _ in options.values() for word in own))
-    for option, (_, value) in options.items():
-        name = renamed.get(option, option)
+    reached = {name: options[name] for name in options.keys() & {*usual, *left_out} - apart}
+    found = given(*(word for own, _ in reached.values() for word in own))
+    for name, (_, value) in reached.items():
         assert found[name] == (pytest.approx(value) if isinstance(value, float) else value), name
         assert left_out.get(name) != value, name
