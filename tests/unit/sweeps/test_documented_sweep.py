@@ -60,10 +60,14 @@ def test_the_page_runs(tmp_path, typed, capsys):
     assert 0.0 < low < high  # of the PID with the smaller gain, and the larger
 
 
-def test_executors_that_cannot_be_had_are_one_line(typed, monkeypatch):
+def test_executors_that_cannot_be_had_are_one_line_and_one_process_is_enough(typed, monkeypatch):
     def without_certificates(address, **_):
         raise TypeError("TLS expects a `ssl_context` argument")
 
+    def called(*_, executor, **__):
+        raise InputError("it was called" if isinstance(executor, ProcessPoolExecutor) else "")
+
+    monkeypatch.setattr("pamsim.sweeps.sweep.sweep", called)
     dask = SimpleNamespace(distributed=SimpleNamespace(Client=without_certificates))
     monkeypatch.setitem(sys.modules, "dask", dask)
     monkeypatch.setitem(sys.modules, "dask.distributed", dask.distributed)
@@ -71,19 +75,8 @@ def test_executors_that_cannot_be_had_are_one_line(typed, monkeypatch):
     for words, message in (
         (["--processes", "2", *scheduler], "not both"),
         (["--processes", "0"], "--processes is 0"),
+        (["--processes", "1"], "it was called"),
         (scheduler, "--scheduler: no Dask scheduler at tls://127.0.0.1:1: TLS expects"),
     ):
         code, _, error = typed("sweep", "study.toml", "--out", "out", *words)
         assert (code, message in error, error.count("\n")) == (2, True, 1), error
-
-
-def test_one_worker_process_is_enough(typed, monkeypatch):
-    used = []
-
-    def taken(*_, executor, **__):
-        used.append(executor)
-        raise InputError("taken")
-
-    monkeypatch.setattr("pamsim.sweeps.sweep.sweep", taken)
-    assert typed("sweep", "study.toml", "--out", "out", "--processes", "1")[0] == 2
-    assert isinstance(used[0], ProcessPoolExecutor)

@@ -109,14 +109,12 @@ def test_every_run_is_reported_and_kept_by_itself_unless_the_study_makes_blocks(
 
     monkeypatch.setattr(examined, "hide", refused)
     runs = [{"gain": float(gain)} for gain in range(5)]
-    own = [
-        pamsim.function_study(doubled, runs, columns={"error": "deg"}, **more)
-        for more in ({}, {"runs_in_block": 2})
-    ]
+    own = pamsim.function_study(doubled, runs, columns={"error": "deg"})
+    pairs = pamsim.function_study(doubled, runs, columns={"error": "deg"}, runs_in_block=2)
     vary = {"seed": {"values": [0, 1]}, "joint.shaft.damping": {"values": [0.3]}}
     fits = {"schema": "pamsim-sweep/1", "job": "calibrate", "experiment": {}, "vary": vary}
     steps = []
-    for plan, expected in ((own[0], [0, 1, 2, 3, 4, 5]), (own[1], [0, 2, 4, 5]), (fits, [0, 1, 2])):
+    for plan, expected in ((own, [0, 1, 2, 3, 4, 5]), (pairs, [0, 2, 4, 5]), (fits, [0, 1, 2])):
         steps.clear()
         began = time.perf_counter()
         found = sweep(plan, out=tmp_path, threads=1, progress=lambda *now: steps.append(now))
