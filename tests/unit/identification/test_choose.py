@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from pamsim.identification import choose
-from pamsim.identification.choose import by_free_run, p_value_of_improvement, spanning_structures
+from pamsim.identification.choose import (
+    Choice,
+    by_free_run,
+    p_value_of_improvement,
+    spanning_structures,
+)
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.recommendation import Candidate, recommend
@@ -236,6 +241,33 @@ def test_an_undamped_pair_of_which_no_period_is_seen_stands_for_a_drift():
         objections = [one.sentence for one in _undamped(fit, SimpleNamespace(pairs=1), 40.0)]
         assert len(objections) == bool(expected)
         assert expected in "".join(objections)
+
+
+@pytest.mark.parametrize("worse", [1.04, 1.06])
+def test_the_simpler_of_two_is_picked_if_its_rms_error_is_at_most_five_percent_larger(worse):
+    fits = tuple(SimpleNamespace(structure=SimpleNamespace(sentence=name)) for name in "ab")
+    same = [np.ones(50)]  # so that no difference is significant
+    choice = Choice(
+        fits=fits, fit_percent=(0.0, 0.0), judged_by="held-out trials", errors=(same, same),
+        sample_times=(1.0,), held_out=(100.0 - 10.0 * worse, 90.0),
+    )  # fmt: skip
+    simple = worse < 1.05
+    assert choice.pick()[0] == (0 if simple else 1)
+    assert choice.not_rejected(1) == list(fits if simple else fits[1:])
+    assert choice.materially_worse(0) is not simple
+    assert not choice.materially_worse(1)
+    assert not choice.materially_worse(0, without=[1])
+
+
+def test_a_criterion_picks_the_simplest_within_2_and_rejects_from_10_on():
+    fits = tuple(SimpleNamespace(structure=SimpleNamespace(sentence=name)) for name in "abcd")
+    choice = Choice(
+        fits=fits, fit_percent=(0.0,) * 4, judged_by="AICc", scores=(10.1, 9.9, 1.9, 0.0)
+    )
+    assert choice.pick()[0] == 2
+    assert choice.pick(without=[2, 3])[0] == 0
+    assert choice.not_rejected(3) == list(fits[1:])
+    assert [choice.materially_worse(place) for place in range(4)] == [True, True, False, False]
 
 
 def test_held_out_trials_judge_a_linear_plant_too():

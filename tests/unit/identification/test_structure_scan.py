@@ -11,7 +11,15 @@ from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import instrumental_variable_starts, pole_coordinates
 from pamsim.identification.status import FitStatus
 from pamsim.identification.structure_scan import scan_structures
-from tests.unit.identification.planted import best_of, cut_out, fit_continuous, lags, sampled, steps
+from tests.unit.identification.planted import (
+    arx,
+    best_of,
+    cut_out,
+    fit_continuous,
+    lags,
+    sampled,
+    steps,
+)
 
 TS = 0.05
 N = 400
@@ -76,6 +84,18 @@ def test_pole_coordinates_keep_the_polynomial(sizes, damping, real):
         below = np.convolve(below, [constant, 1.0])
     again = structure.denominator(pole_coordinates(constants))
     np.testing.assert_allclose(again, np.real(below), rtol=1e-8)
+
+
+def test_the_slowest_mode_is_that_of_the_slowest_pole():
+    pair, real, decay = np.log([2.0, 0.1]), np.log([0.2, 3.0]), np.exp(-0.5 / 4.0)
+    for structure, coordinates, seconds in (
+        (ContinuousStructure(0), np.array([1.0]), 0.0),
+        (ContinuousStructure(2), real, 3.0),
+        (ContinuousStructure(2, real_lags=False), pair, 1.0 / (2.0 * 0.1)),
+        (ContinuousStructure(2, integrators=1), real, np.inf),
+        (*arx([-decay], [1.0], 0.5), 4.0),
+    ):
+        assert structure.slowest(coordinates) == pytest.approx(seconds)
 
 
 def test_a_scan_finds_the_structure_and_stays_nested():
