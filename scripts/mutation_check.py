@@ -158,11 +158,15 @@ _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
 }
 
 _STYLE = {
-    *("alpha", "bbox_to_anchor", "fontsize", "framealpha", "height_ratios", "labelsize", "ncols"),
-    *("linespacing", "linestyle", "linewidth", "linewidths", "markeredgewidth", "markersize"),
-    *("nbins", "rotation", "shrink", "size", "subs", "width_ratios", "zorder"),
+    *("alpha", "bbox_to_anchor", "borderaxespad", "capsize", "columnspacing", "elinewidth"),
+    *("fontsize", "framealpha", "handlelength", "height_ratios", "labelsize", "linespacing"),
+    *("linestyle", "linewidth", "linewidths", "markeredgewidth", "markersize", "nbins", "ncols"),
+    *("rotation", "shrink", "size", "subs", "width_ratios", "xytext", "zorder"),
 }
 """Arguments that state how a figure looks, and no number in it."""
+
+_DASHES = [ast.Constant, ast.Tuple]
+"""What matplotlib takes for dashes: where they begin, and their lengths."""
 
 
 @dataclass(frozen=True)
@@ -184,13 +188,16 @@ class Mutation:
 
 def mutations(path: Path, text: str) -> Iterator[Mutation]:
     """Every mutation of a file, relative to the repository, that stays within a line."""
-    lines = text.splitlines()
+    lines = text.encode().decode("latin-1").split("\n")  # a character for each byte, as ast counts
     for node in ast.walk(_in_effect(ast.parse(text))):
         for line, start, end, new in _replacements(node, lines):
-            before = lines[line - 1]
-            after = before[:start] + new + before[end:]
+            old = lines[line - 1]
+            before, after = (
+                one.encode("latin-1").decode().strip()
+                for one in (old, old[:start] + new + old[end:])
+            )
             if after != before:
-                yield Mutation(str(path), line, before.strip(), after.strip())
+                yield Mutation(str(path), line, before, after)
 
 
 def _in_effect(tree: ast.Module) -> ast.Module:
@@ -206,6 +213,8 @@ def _in_effect(tree: ast.Module) -> ast.Module:
                 for key, value in zip(node.keys, node.values, strict=True)
                 if not (isinstance(key, ast.Constant) and _is_style(key.value))
             ]
+        if isinstance(node, ast.Tuple) and [type(one) for one in node.elts] == _DASHES:
+            node.elts = []
         if isinstance(node, ast.arg | ast.AnnAssign):
             node.annotation = None  # pyright: ignore[reportAttributeAccessIssue]
         if isinstance(node, ast.FunctionDef):
