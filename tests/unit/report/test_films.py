@@ -19,6 +19,7 @@ from pamsim.report import film as room
 from pamsim.report.film import arm_size, film_gap, film_sheet
 from pamsim.report.step_figure import step_figure
 from tests.unit.core.refusals import refused
+from tests.unit.report.figure_laws import check_figure
 
 SIZE = 480, 384
 TIME = np.linspace(0.0, 2.0, 101)
@@ -84,6 +85,7 @@ def test_labels_of_muscles_side_by_side_do_not_overlap():
     texts = [text for text in figure.findobj(Text) if "knee" in text.get_text()]
     boxes = [text.get_window_extent() for text in texts]
     assert len(boxes) == len(labels)
+    check_figure(figure)
     assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from pamsim.identification.choose import AICC, LIKELIHOOD
@@ -167,6 +166,7 @@ def test_words_and_numbers():
         assert model_title(name) == title
     assert pole_texts([None, [0.5, 0.0]]) == ["none", "0.500"]
     assert pole_texts([[-1.0, 3.0], [-1.0, -3.0]]) == ["−1.00 ± 3.00j"]
+    assert pole_texts([[-2.0, 0.0], [-2.0, 0.0]]) == ["−2.00", "−2.00"]
 
 
 def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, curves):
@@ -175,8 +175,6 @@ def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, c
     assert len(measured_and_model(result, curves).axes) == 4
     single = measured_and_model(result, replace(curves, trials=curves.trials[:1]))
     assert len(single.axes) == 2
-    left = single.axes[1].lines[0].get_ydata()
-    np.testing.assert_allclose(left, curves.trials[0].model - curves.trials[0].output)
 
 
 def test_every_pole_has_its_marker_and_axes_have_units(result, curves):
@@ -185,8 +183,6 @@ def test_every_pole_has_its_marker_and_axes_have_units(result, curves):
     assert sum(len(line.get_xdata()) for line in right.lines) == 4
     upper, lower = bode(result, curves).axes
     assert (upper.get_ylabel(), lower.get_xlabel()) == ("magnitude [deg/kPa]", "frequency [Hz]")
-    lowest = curves.bodes[0].frequency[0] / (2.0 * np.pi)
-    assert upper.lines[0].get_xdata()[0] == pytest.approx(lowest)
 
 
 def test_the_map_is_over_pressure_or_point_by_point(result):

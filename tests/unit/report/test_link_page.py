@@ -17,9 +17,8 @@ from pamsim.report.link_page import (
     write_link_diagnosis,
 )
 from pamsim.report.numbers import unit
-from pamsim.report.trial_signals import trial_channels, worst_trials
-from pamsim.scene.series_colours import BLUE, VERMILION
-from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
+from pamsim.report.trial_signals import worst_trials
+from tests.unit.diagnosis.by_link.reports import VERDICTS, effect, report
 
 
 def page_of(one, folder, **more):
@@ -113,18 +112,6 @@ def test_a_channel_whose_noise_is_not_known_or_0_does_not_cost_the_page(tmp_path
         result["gap"]["angle"]["floor"] = floor
         page = write_link_diagnosis(result, VERDICTS["named"].comparisons, tmp_path)
         assert '<figure id="trial_1">' in page.read_text("utf-8")
-
-
-def test_a_trial_is_drawn_with_both_simulations_and_what_each_misses():
-    parts = [p for p in VERDICTS["named"].comparisons if p.trial == "swing_check_1"]
-    figure = trial_channels(parts, NOISE)
-    assert [ax.get_ylabel() for ax in figure.axes[::2]] == ["pressure 1 [kPa]", "angle [deg]"]
-    for ax in figure.axes[::2]:  # all in the unit of the axis
-        measured, *simulated = (np.std(line.get_ydata()) for line in ax.lines)
-        assert simulated == pytest.approx([measured] * 2, rel=0.1)
-    missed = {line.get_color(): np.mean(line.get_ydata()) for line in figure.axes[1].lines}
-    assert missed[VERMILION] == pytest.approx(-2.0, abs=0.1)  # measured less simulated
-    assert missed[BLUE] == pytest.approx(0.0, abs=0.1)
 
 
 FOUND = [{"effect": "muscle_hysteresis:stop"}]
