@@ -122,8 +122,8 @@ PARTS = {
     "papers": Room(
         ("papers",),
         ("unit/papers", "integration/test_replicate.py integration/test_reproduce.py"
-         " integration/test_paper_benches.py unit/report/test_replication_page.py"
-         " unit/report/test_reproduce_page.py"),
+         " integration/test_paper_benches.py unit/report/test_replication_figures.py"
+         " unit/report/test_replication_page.py unit/report/test_reproduce_page.py"),
     ),
     "report": Room(
         ("report",),
