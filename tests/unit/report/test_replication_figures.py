@@ -56,7 +56,7 @@ def derived(paper, own):
             some = [row for row in STEPS if row["size"] == size and not row["repeats"]]
             yield [float(r["p1_kpa"]) - float(r["p2_kpa"]) for r in some], column(some, "beta_deg")
     if paper == "alraouf2025":
-        for branch, aside in (("up", -3.0), ("down", 3.0)):  # set 6 kPa apart
+        for branch, aside in (("up", -3.0), ("down", 3.0)):  # kPa
             mean = own[branch]["mean_cm"]
             yield own["pressure_kpa"] + aside, mean
             for model in ("bouc_wen", "passive"):
