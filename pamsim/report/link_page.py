@@ -302,7 +302,7 @@ def physical_words(
     """Write the size of an effect of a diagnosis, by quantity.
 
     Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J (test:
-    pressure 2.50 bar, contraction amplitude 1.50 %)``; empty without a size. What the effect cannot
+    pressure 2.5 bar, contraction amplitude 1.5 %)``; empty without a size. What the effect cannot
     change is left out, and so is a quantity that is one of its parameters or named before.
     """
     sizes: list[str] = []

@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
+
+from pamsim.scene.series_colours import INK, MUTED
 
 LEAST = 0.3
 """Share of a linear axis that its data fill."""
@@ -38,8 +42,12 @@ def draws(ax: Axes, *wanted: tuple[Any, Any]) -> bool:
     )
 
 
+def _look(line: Line2D) -> tuple[str, str, Any]:
+    return str(line.get_color()), line.get_linestyle(), line.get_marker()
+
+
 def check_figure(figure: Figure, cut: Iterable[str] = ()) -> None:
-    """Fail a figure in which words or data are cut off, or data lost in empty space.
+    """Fail a figure that cuts off words or data, or whose legend has another look than they.
 
     Axes of which title or label holds one of some words are cut on purpose, as their figure says.
     """
@@ -57,6 +65,11 @@ def check_figure(figure: Figure, cut: Iterable[str] = ()) -> None:
             box, words = text.get_window_extent(), text.get_text()
             assert -2.0 <= box.x0 <= box.x1 <= width + 2.0, f"{words!r} is cut off"
             assert -2.0 <= box.y0 <= box.y1 <= height + 2.0, f"{words!r} is cut off"
+    legends = [*figure.findobj(Legend)]
+    shown = {_look(line) for ax in figure.axes for line in ax.lines if len(line.get_xdata()) > 0}
+    for line in (one for legend in legends for one in legend.get_lines()):
+        neutral = line.get_color() in (INK, MUTED) or line.get_linewidth() > 3.0
+        assert neutral or _look(line) in shown, f"{line.get_label()!r} of a legend is not drawn"
     for ax in figure.axes:
         for place, axis in enumerate((ax.xaxis, ax.yaxis)):
             shared = getattr(ax, f"get_shared_{axis.axis_name}_axes")().get_siblings(ax)

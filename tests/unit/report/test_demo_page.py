@@ -11,7 +11,7 @@ import pytest
 
 from pamsim.diagnosis.by_link.result import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
+from pamsim.report.link_page import SUPPORTED, Hidden, physical_words, write_link_diagnosis
 from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
 from pamsim.report.style import finish_axes, new_figure, styled
@@ -97,6 +97,25 @@ def test_a_quantity_has_one_interval(tmp_path):
     assert set(re.findall(r"1\.9\d+(?:, | to )2\.\d+", page)) == {"1.92, 2.07", "1.92 to 2.07"}
     assert "Conductance" not in page
     assert "Mass flow" in page
+
+
+def test_a_size_stands_with_the_conditions_of_its_test_and_is_named_once():
+    def entry(value, unit, half=0.0):
+        ends = [value - half, value + half] if half else None
+        return {"value": value, "unit": unit, "interval95": ends}
+
+    width, same = entry(15.0, "N", 1.8), entry(15.0, "N", 1.8)
+    physical = {
+        "flexor.loop_half_width": width, "of_another_name": same,
+        "energy_per_cycle": entry(0.16, "J", 0.02), "flexor.at_pressure": entry(2.5e5, "Pa"),
+        "contraction_amplitude": entry(0.015, "1"),
+    }  # fmt: skip
+    assert physical_words(physical, {}) == (
+        "flexor: loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J"
+        " (test: pressure 2.5 bar, contraction amplitude 1.5 %)"
+    )
+    parameter = {"value_si": 15.0, "unit_si": "N", "interval95_si": width["interval95"]}
+    assert physical_words({"loop_half_width": width}, {"force": parameter}) == ""
 
 
 @pytest.mark.usefixtures("quick")
