@@ -35,6 +35,7 @@ def test_every_verdict_makes_a_page_that_begins_with_where(tmp_path):
         assert not re.search("None|nan", re.sub(r"<[^>]+>", " ", page)), verdict
         assert ('<th scope="col">after</th>' in page) is bool(one.effects), verdict
         assert "no body&#39;s tilt is stated" in page
+        assert "swing_check (2)" in page  # trials held out, repeats together
         assert "Forces were not measured." in page
         assert ("What to measure next: shut hold" in page) is (verdict == "ambiguous")
 
