@@ -16,7 +16,6 @@ from pamsim.papers.matiskova2021.equations import (
     sprocket_radius,
     stiffness_over_pressure,
 )
-from pamsim.papers.matiskova2021.statics import odd_exponential_basis
 from pamsim.papers.numerics import derivative, jacobian, root
 from pamsim.papers.sarosi.equations import _rank
 from pamsim.papers.vandamme2008.shape import fit_pleated, worst_relative_error
@@ -35,16 +34,7 @@ from pamsim.recordings.printed import (
 )
 from tests.unit.physics.flat import charged_air_state, gauge_pressure, muscle_stiffness
 
-A = (35.135, -34.4443, 5.470)  # Matiskova 2021, equation (23)
 LOOP = (2.7378, -0.0083212, 1.3402, 27.759)  # Alraouf 2025, equation (3)
-
-
-def test_exponential_law_is_the_printed_formula_and_odd():
-    x = np.linspace(0.0, 6.0, 61)
-    law = A[0] + A[1] * np.exp(-x) + A[2] * x * np.exp(-x)
-    both = odd_exponential_basis(np.concatenate([-x, x])) @ np.array(A)
-    assert both[: len(x)] == pytest.approx(-both[len(x) :], rel=1e-15)
-    assert both[len(x) + 1 :] == pytest.approx(law[1:], rel=1e-13)
 
 
 def test_complex_steps_give_derivatives_and_a_root_is_found_to_its_tolerance():
