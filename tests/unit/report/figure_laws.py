@@ -66,6 +66,9 @@ def check_figure(figure: Figure, cut: Iterable[str] = ()) -> None:
             assert -2.0 <= box.x0 <= box.x1 <= width + 2.0, f"{words!r} is cut off"
             assert -2.0 <= box.y0 <= box.y1 <= height + 2.0, f"{words!r} is cut off"
     legends = [*figure.findobj(Legend)]
+    for legend in legends:
+        names = [text.get_text() for text in legend.get_texts()]
+        assert len(set(names)) == len(names), f"a name stands twice in a legend: {names}"
     shown = {_look(line) for ax in figure.axes for line in ax.lines if len(line.get_xdata()) > 0}
     for line in (one for legend in legends for one in legend.get_lines()):
         neutral = line.get_color() in (INK, MUTED) or line.get_linewidth() > 3.0

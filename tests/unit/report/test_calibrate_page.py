@@ -154,6 +154,11 @@ def test_places_in_the_range_follow_its_scale():
     assert marks["o", 1][0] == pytest.approx(0.5)
     assert marks["o", 0][0] == pytest.approx(0.2)  # 4 in 1 to 16, by differences
     assert (marks["D", 1][1], marks["D", 0][1]) == (BLUE, VERMILION)
+    assert [*ax.get_xticks()] == [0.0, 1.0]
+    (ends,) = (
+        line.get_xdata() for line in ax.lines if len(set(line.get_xdata()) - {0.0, 1.0}) == 2
+    )
+    assert ends == pytest.approx(np.log([7.0, 9.0]) / np.log(16.0))
     written = {text.get_text() for text in ax.texts}
     assert written == {"7.00 to 9.00 N/bar", "no interval", "1.00", "16.0"}
 
@@ -162,6 +167,7 @@ def test_correlations_without_a_number_stay_empty_and_profiles_have_the_unit_of_
     figure = correlations(PARAMETERS, CORRELATION)
     assert [text.get_text() for text in figure.axes[0].texts] == ["1.00"]
     (image,) = figure.axes[0].images
+    assert image.get_clim() == (-1.0, 1.0)
     assert image.to_rgba(0.0)[:3] == pytest.approx([0.97] * 3, abs=0.01)  # none is white
     profile = {"name": "force.e", "values": [6e-5, 8e-5, 1e-4], "rise": [4.0, 0.0, None],
                "threshold": 3.84, "sentence": "closed"}  # fmt: skip

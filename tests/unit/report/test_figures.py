@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -147,6 +148,8 @@ def identification():
     for ax in figure.axes:
         (corner,) = (line for line in ax.lines if line.get_transform() != ax.transData)
         assert corner.get_xdata()[0] == pytest.approx(abs(poles[0][0]) / (2.0 * np.pi))
+    shorter = bode(result, replace(curves, nyquist=10.0 * np.pi)).axes[1]
+    assert shorter.get_xlim() == pytest.approx((hertz[0], 5.0))  # where sampling ends
     yield figure, [[(hertz, model.magnitude)], [(hertz, np.degrees(model.phase))]]
     yield steps_and_poles(result, curves), [[(one.time, one.output)], []]
     fitted, held = curves.trials

@@ -137,8 +137,8 @@ def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(re
 def test_every_structure_of_a_scan_is_drawn_once(result, page):
     for judged_by, label in ((AICC, "AICc"), (LIKELIHOOD, "criterion")):
         every = [
-            structure(poles, drift=drift, judged_by=judged_by)
-            for poles, drift in ((1, False), (2, False), (2, True))
+            structure(poles, integrators=poles - 1 - drift, drift=drift, judged_by=judged_by)
+            for poles, drift in ((1, False), (2, False), (3, False), (2, True))
         ]
         result["scan"] = {"judged_by": judged_by, "structures": every}
         source, _ = page(result)
@@ -149,7 +149,9 @@ def test_every_structure_of_a_scan_is_drawn_once(result, page):
         shown = ax.lines[-1]
         assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
         drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
-        assert sorted(drawn) == [2, 3, 4]
+        assert sorted(drawn) == [2, 4, 4, 6]
+        names = [line.get_label() for line in ax.lines]
+        assert names == ["no integrator", "one integrator", "two integrators", "shown model"]
 
 
 def test_words_and_numbers():

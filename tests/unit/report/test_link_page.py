@@ -99,7 +99,7 @@ def test_trials_are_ranked_by_what_the_base_model_misses_in_noise():
             measured=still, before=still + off, after=None,
         )  # fmt: skip
 
-    signals = [part("a_1", 1.0), part("a_2", 2.0), part("b_1", 3.0), part("c_1", 9.0, held=False)]
+    signals = [part("a_1", 1.0), part("a_2", 2.0), part("b_1", -3.0), part("c_1", 9.0, held=False)]
     assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]
     signals.append(part("d_1", 300.0, channel="pressure_1"))  # large, but only one noise floor
     assert worst_trials(signals, {"angle": 0.1, "pressure_1": 300.0}) == ["b_1", "a_2", "d_1"]
