@@ -136,7 +136,7 @@ def calibrate(
         freed = tuple(f for f in freed if f.name not in not_shown)
     compared = CalibrationProblem(of(fitted), freed)
     if not free:
-        seen, jacobian = shown(compared, [f.free for f in freed], compared.in_long_steps)
+        seen, jacobian = shown(compared, [f.free for f in freed])
         seen |= [f.name in profiles for f in freed]
         if seen.any() and not seen.all():
             jacobian = jacobian[:, seen]
@@ -152,7 +152,6 @@ def calibrate(
         seed=seed,
         max_iterations=max_iterations,
         jacobian=jacobian,
-        quick=compared.in_long_steps,
         progress=counter.reached,
         checkpoint=checkpoint,
         central=False,
@@ -217,7 +216,6 @@ def _at_the_optimum(
             central=not rough,
             rough=rough,
             jacobian=fit.linearisation.jacobian,
-            quick=problem.in_long_steps,
             progress=counter.reached,
         )
         counts = {count: getattr(fit, count) + getattr(again, count) for count in _COUNTS}

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
-from pamsim.comparison.chain_runs import OF_REPEATS
 from pamsim.comparison.free_parameters import FreedParameter, rig_values
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, ParameterError
@@ -65,15 +63,6 @@ class CalibrationProblem:
             None if prediction is None else self.predictor.blocks(prediction)
             for prediction in self.predictions(vectors)
         ]
-
-    def in_long_steps(self, vectors: FloatArray) -> list[Blocks | None]:
-        """The same in longer time steps, in which it changes with the parameters nearly as much."""
-        predictor = self.predictor
-        long = partial(
-            predictor.as_simulated, timestep=OF_REPEATS * float(predictor.rig.model.opt.timestep)
-        )
-        found = possible(long, [self._rig(vector) for vector in vectors], begun=True)
-        return [None if one is None else predictor.blocks(predictor.adjusted(one)) for one in found]
 
     def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
         """Predictions of many parameter vectors; None where a run broke down."""

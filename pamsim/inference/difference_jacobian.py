@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -99,13 +98,10 @@ class _Linear:
 class BatchedResidual:
     """Residual and Jacobian over places in the unit cube (see `SearchScale`).
 
-    Differences to one side are taken of the ``quick`` simulation, if there is one, see
-    `pamsim.inference.fit_simulator.fit_simulator`.
-
     Attributes:
         places: the blocks, known once a simulation has not diverged.
         evaluations: simulated parameter vectors so far.
-        calls: of a simulation so far.
+        calls: of ``simulate`` so far.
         diverged: vectors among them that diverged.
     """
 
@@ -114,9 +110,8 @@ class BatchedResidual:
         simulate: Simulate,
         parameters: Sequence[FreeParameter],
         places: tuple[BlockPlace, ...] = (),
-        quick: Simulate | None = None,
     ) -> None:
-        self._simulate, self._quick = simulate, quick
+        self._simulate = simulate
         self.scale = SearchScale(parameters)
         self.evaluations = self.calls = self.diverged = 0
         self.places = places
@@ -129,10 +124,7 @@ class BatchedResidual:
         Raises:
             InputError: the callable returned another number of results, or blocks that differ.
         """
-        return self._by(self._simulate, at)
-
-    def _by(self, simulate: Simulate, at: FloatArray) -> list[FloatArray | None]:
-        answers = simulate(self.scale.from_unit(at))
+        answers = self._simulate(self.scale.from_unit(at))
         if len(answers) != len(at):
             raise InputError(f"{len(at)} vectors were simulated, {len(answers)} results came back")
         self.calls += 1
@@ -195,15 +187,9 @@ class BatchedResidual:
         known = self._linear
         if not central and known and known.differenced and np.array_equal(known.place, place):
             return known.jacobian
-        here = self.at(place)
-        assert here is not None
-        residuals, middle = self.many, here
-        if self._quick is not None and not central:
-            quick = partial(self._by, self._quick)
-            (found,) = quick(place[np.newaxis])
-            if found is not None:
-                residuals, middle = quick, found
+        middle = self.at(place)
+        assert middle is not None
         step = _CENTRAL if central else _FORWARD
-        matrix = difference_jacobian(residuals, place, middle, step, central=central)
-        self._linear = _Linear(place.copy(), here, matrix, differenced=True)
+        matrix = difference_jacobian(self.many, place, middle, step, central=central)
+        self._linear = _Linear(place.copy(), middle, matrix, differenced=True)
         return matrix

@@ -39,7 +39,6 @@ def fit_simulator(
     central: bool = True,
     rough: bool = False,
     jacobian: FloatArray | None = None,
-    quick: Simulate | None = None,
     progress: Callable[[SearchProgress], None] | None = None,
     checkpoint: CheckpointFile | None = None,
 ) -> SimulatorFit:
@@ -63,8 +62,6 @@ def fit_simulator(
             from the Jacobian of the search: a place to begin a better fit from.
         jacobian: of the residual per range where the parameters start, (n, p), known nearly; the
             first differences if left out.
-        quick: another ``simulate``, which changes with the parameters nearly as much, for the
-            differences on the way; those to both sides at the optimum are of ``simulate``.
         progress: called after each Jacobian.
         checkpoint: keeps finished starts and the current one; an interrupted fit that is called
             again with it goes on from there.
@@ -77,7 +74,7 @@ def fit_simulator(
             that diverges everywhere, residuals whose layout changes, another fit's checkpoint.
     """
     _check(parameters, starts, max_iterations, seed)
-    residual = BatchedResidual(simulate, parameters, quick=quick)
+    residual = BatchedResidual(simulate, parameters)
     starting = _starting_places(residual, parameters, starts, seed)
     first = starting[0][1]
     cost = RowWeights(residual, parameters, first)
@@ -126,18 +123,17 @@ def fit_simulator(
 
 
 def shown(
-    simulate: Simulate, parameters: Sequence[FreeParameter], quick: Simulate | None = None
+    simulate: Simulate, parameters: Sequence[FreeParameter]
 ) -> tuple[NDArray[np.bool_], FloatArray]:
     """Which parameters the data show where the search begins, (p,), and the Jacobian there.
 
     One is shown if its whole range moves the residual by more than the noise: alone, it would then
-    be known better than by its range. The Jacobian (n, p) is that of the residual, per range. The
-    simulations are those of `fit_simulator`.
+    be known better than by its range. The Jacobian (n, p) is that of the residual, per range.
 
     Raises:
         InputError: for a simulation that diverges everywhere.
     """
-    residual = BatchedResidual(simulate, parameters, quick=quick)
+    residual = BatchedResidual(simulate, parameters)
     ((place, first),) = _starting_places(residual, parameters, 1, 0)
     cost = RowWeights(residual, parameters, first)
     jacobian = residual.jacobian(place)

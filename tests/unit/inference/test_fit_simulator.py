@@ -64,27 +64,6 @@ def test_the_optimum_is_that_of_linear_least_squares_whose_jacobian_is_taken_onc
     assert known.batches.count(3) == 0
 
 
-@pytest.mark.parametrize("breaks", [False, True])
-def test_differences_are_of_a_quick_simulation_and_the_optimum_and_its_errors_are_not(breaks):
-    plain = fit_simulator(decay_rig(noisy()), DECAY)
-    rig, other = decay_rig(noisy()), decay_rig(noisy())
-
-    def quick(sets):
-        found = other(sets)
-        for blocks in found:
-            for block in blocks:
-                block.residual[:] = 0.3 + 1.05 * block.residual
-        return [None for _ in sets] if breaks else found
-
-    fit = fit_simulator(rig, DECAY, quick=quick)
-    errors = np.array([p.standard_error for p in plain.parameters])
-    assert np.all(np.abs(fit.values - plain.values) < 0.01 * errors)
-    assert [p.standard_error for p in fit.parameters] == pytest.approx(errors, rel=1e-3)
-    assert (len(DECAY) in rig.batches) is breaks
-    assert set(other.batches) == ({1} if breaks else {1, len(DECAY)})
-    assert fit.evaluations == sum(rig.batches) + sum(other.batches)
-
-
 def test_a_jacobian_is_one_call_and_every_vector_is_counted():
     rig = decay_rig(noisy())
     steps = []
