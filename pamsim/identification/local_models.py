@@ -112,7 +112,7 @@ def fit_operating_points(
     assert isinstance(structure, ContinuousStructure)
     if structure.integrators:
         return None, ["no model for each operating point: the output integrates"]
-    slowest = max((abs(1.0 / pole) for pole in fit.poles), default=0.0)
+    slowest = structure.slowest(fit.coordinates)
     groups: dict[tuple[str, float, int, int], list[Piece]] = {}
     notes: list[str] = []
     for trial in trials:
@@ -162,9 +162,10 @@ def _pieces(trial: UsedTrial, slowest: float, notes: list[str]) -> list[tuple[in
             notes.append(f"{table.name}: step {index + 1} is too short for a model of its own")
             continue
         lead = record.output[first:change]
-        moved = record.output[end - 1] - record.output[change]
         # Means of the two halves, so that noise is not taken for drift.
         halves = np.array_split(lead, 2) if lead.size > 1 else [lead, lead]
+        # From before the step: a direct path moves the output in the first sample already.
+        moved = record.output[end - 1] - np.mean(halves[1])
         if abs(np.mean(halves[1]) - np.mean(halves[0])) > _SETTLED * abs(moved):
             notes.append(f"{table.name}: before step {index + 1} the output had not settled")
         try:

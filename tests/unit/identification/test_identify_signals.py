@@ -8,6 +8,8 @@ import pytest
 
 from pamsim.identification.local_models import fit_operating_points
 from pamsim.identification.signals import (
+    SignalTable,
+    Unit,
     default_input,
     default_output,
     signal,
@@ -16,7 +18,7 @@ from pamsim.identification.signals import (
 )
 from pamsim.recordings.trial import Trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import fit_continuous, refuses
+from tests.unit.identification.planted import fit_continuous, refuses, sampled
 
 N = 100
 TIME = np.arange(N) / 100.0
@@ -188,3 +190,45 @@ def test_an_input_that_changes_too_fast_stays_whole():
     local, _ = mapped(*trials)
     assert [model.point.direction for model in local.models] == [0, 0]
     assert mapped(trials[0])[0] is None
+
+
+def held_levels(respond, *, hold, levels=12):
+    """A trial of random levels of one input, each held [s], and its output without noise."""
+    rng, per = np.random.default_rng(5), round(hold / TS)
+    given = np.repeat(np.cumsum(rng.choice([-2.0, -1.0, 1.0, 2.0], levels)), per)
+    time = np.arange(given.size) * TS
+    output = respond(given - given[0]) + 1e-4 * rng.normal(size=time.size)
+    return SignalTable(
+        name="log",
+        protocol="log",
+        load=0.0,
+        time=time,
+        columns={"u": given, "y": output},
+        units={"u": Unit(), "y": Unit()},
+        held=frozenset("u"),
+        rest={"u": float(given[0])},
+        level=None,
+    )
+
+
+def local_models_of(table, **structure):
+    used = used_trial(table, [signal("u", [table])], signal("y", [table]))[0]
+    return fit_operating_points([used], fit_continuous([used.record], **structure))
+
+
+def test_an_output_that_follows_in_the_same_sample_has_settled_before_each_step():
+    local, notes = local_models_of(held_levels(lambda u: 1.7 * u, hold=0.4), order=0)
+    assert notes == []
+    assert [model.fit.gain for model in local.models] == pytest.approx([1.7] * 11, rel=1e-3)
+
+
+def test_steps_are_not_cut_before_an_oscillation_has_decayed():
+    wn, zeta = 12.0, 0.1  # decays by e in 0.83 s, ten times as long as 1 / wn
+
+    def oscillation(u):
+        return sampled([wn**2], [1.0, 2.0 * zeta * wn, wn**2], u, TS)
+
+    for hold, cut in ((0.8, False), (2.0, True)):
+        table = held_levels(oscillation, hold=hold, levels=5)
+        local, _ = local_models_of(table, order=2, real_lags=False)
+        assert (local is not None) is cut
