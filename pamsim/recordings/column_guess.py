@@ -173,9 +173,10 @@ def names_a_clock(column: str) -> bool:
 def unit_in_name(column: str, stated: str) -> str:
     """Unit of a column such as ``p1_kpa`` or ``Power (W)`` as its file writes it, else empty.
 
-    What is ``stated`` in a line of units counts first.
+    What is ``stated`` in a line of units counts first. As no rig is known, ``u`` is an input in any
+    unit, not a valve's opening.
     """
-    _, unit, unknown = _parts(column, stated)
+    _, unit, unknown = _parts(column, stated, any_input=True)
     return unknown or unit
 
 
@@ -249,15 +250,20 @@ def _with_unit(one: Guess, words: Sequence[str], unit: str) -> Guess:
     return replace(one, unit=known, absolute=absolute or from_vacuum)
 
 
-def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:
-    """Words of a column's name, its unit in lower case, and a unit that means nothing here."""
+def _parts(column: str, unit: str, *, any_input: bool = False) -> tuple[tuple[str, ...], str, str]:
+    """Words of a column's name, its unit in lower case, and a unit that means nothing here.
+
+    With ``any_input`` what a valve is called may be in any unit: ``u_kpa``.
+    """
     bracket = _BRACKET.search(column)
     stem = column[: bracket.start()] if bracket else column
     stated = unit or (next(g for g in bracket.groups() if g is not None) if bracket else "")
     chunks = [chunk for chunk in _CHUNK.split(stem) if chunk]
     last = "" if stated or len(chunks) < 2 else chunks[-1].lower()
-    if last in _UNITS and _kinds(_words(chunks[:-1]), last) == [_UNITS[last][1]]:
-        stated = chunks.pop()
+    if last in _UNITS:
+        kinds = _kinds(_words(chunks[:-1]), last)
+        if kinds == [_UNITS[last][1]] or (any_input and kinds == ["valve"]):
+            stated = chunks.pop()
     known = stated.lower() in _UNITS
     return _words(chunks), stated.lower() if known else "", "" if known else stated
 

@@ -123,12 +123,15 @@ def test_a_unit_is_one_only_where_the_name_states_it(path):
         ("y (bar)", "bar", "Pa", 1e5),
         ("y [°C]", "°C", "°C", 1.0),
         ("y_v", "V", "V", 1.0),
+        ("u_kpa", "kPa", "Pa", 1e3),  # an input, not a valve's opening
+        ("valve1_bar", "bar", "Pa", 1e5),
+        ("q_mm", "1", "1", 1.0),  # an angle is in no mm
         ("flow [l/min]", "l/min", "l/min", 1.0),
         ("T_out", "1", "1", 1.0),
         ("tank_level", "1", "1", 1.0),
         ("y", "1", "1", 1.0),
     ):
-        path.write_text(table(["t", "u", name], 0.02 * K), encoding="utf-8")
+        path.write_text(table(["t", "given", name], 0.02 * K), encoding="utf-8")
         data = load_data(path)
         found = signal(name, data.tables)
         assert (found.unit, found.si_unit) == (unit, si_unit)
