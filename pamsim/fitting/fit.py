@@ -125,7 +125,6 @@ def _force_map(
     progress: Progress | None,
 ) -> FitResult:
     braid = Braid(**{name: _BRAID[name] if v is None else v for name, v in given.items()})
-    assumed = [name.replace("_", " ") for name, value in given.items() if value is None]
     source = {n: "assumed" if value is None else "given to the fit" for n, value in given.items()}
     skipped: dict[str, str] = {}
     warnings: list[str] = []
@@ -137,10 +136,13 @@ def _force_map(
     else:
         laws = [fit_force_law(table, model, braid, held=held, hold_out=hold_out)]
     notes = list(table.notes)
-    if assumed and any(law.given for law in laws):
+    used = {name for law in laws for name in law.given}
+    assumed = [name for name in given if given[name] is None and name in used]
+    if assumed:
+        names, options = ", ".join(assumed).replace("_", " "), "`, `".join(assumed)
         notes.append(
-            f"braid's {', '.join(assumed)} assumed as of a DMSP-20-300 (20 mm, 28.6 deg); give"
-            " your own as `diameter`, `fibre_angle`"
+            f"{names} assumed as of a DMSP-20-300 (300 mm, 20 mm, 28.6 deg); give your own as"
+            f" `{options}`"
         )
     return FitResult(
         file=str(file),

@@ -222,6 +222,12 @@ def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, floa
             " if it is percent, name the column contraction_percent"
         ),
     )
+    largest = float(np.abs(contraction).max())
+    if scale != 1.0 and 0.0 < largest <= _MOST_CONTRACTION * scale:
+        table.notes += (
+            f"no {name} is above {largest / scale:.3g}: if it is a ratio, not percent, name the"
+            " column contraction",
+        )
     if length is not None:
         nominal = float(np.median(length / (1.0 - contraction))) if nominal is None else nominal
         disagree = (

@@ -60,6 +60,25 @@ def test_the_result_holds_estimates_and_errors_at_held_out_points(table, tmp_pat
         result.save(tmp_path / "file")
 
 
+def test_geometry_is_assumed_only_of_what_the_law_uses(tmp_path):
+    path = tmp_path / "map.csv"
+    rows = [
+        f"{p},{length},{-8e-4 * 1e3 * p + 0.6 * (length - 100)}"
+        for p in (20, 50, 100)
+        for length in (100, 110, 120)
+    ]
+    path.write_text("\n".join(["p_kpa,length_mm,force_n", *rows]), encoding="utf-8")
+    # A bellows has no braid, so nothing is assumed of one.
+    bellows = fit(path, model="effective_area", nominal_length=0.1, hold_out="none")
+    assert bellows.notes == ()
+    assert bellows.fits[0].fit.values == pytest.approx([1.0, 8e-4, 600.0])
+    rows = [f"{p},{kappa},{2.0 * p * (1 - kappa)}" for p in (100, 200) for kappa in (0.0, 0.1)]
+    path.write_text("\n".join(["p_kpa,contraction,force_n", *rows]), encoding="utf-8")
+    (note,) = fit(path, model="ideal_mckibben", fibre_angle=0.5, hold_out="none").notes
+    assert note.startswith("nominal length, diameter assumed")
+    assert note.endswith("give your own as `nominal_length`, `diameter`")
+
+
 def test_scores_computed_by_hand():
     errors = scores([1.0, 2.0, 3.0, 6.0], [2.0, 2.0, 2.0, 8.0], free=1)
     # residuals 1, 0, -1, 2: SSE 6; mean 3, SST 4 + 1 + 0 + 9 = 14

@@ -38,6 +38,13 @@ def test_a_force_map_is_read_in_si_whatever_the_units_of_its_names(table):
         assert values == pytest.approx((1.5e5, 0.1, 20.0), rel=1e-6), text
 
 
+def test_a_contraction_that_may_be_a_ratio_but_is_called_percent_is_noted(table):
+    head = "p_kpa,contraction_percent,force_n\n"
+    assert "if it is a ratio" in table(head + "300,0,400\n300,0.22,90\n").notes[0]
+    for plain in ("300,0,400\n", "300,0,400\n300,5,300\n"):
+        assert table(head + plain).notes == ()
+
+
 def test_lengths_become_contractions(table):
     text = "p_kpa,length_mm,force_n\n300,270,100\n300,285,200\n"
     assert table(text, nominal_length=0.3).contraction == pytest.approx([0.1, 0.05])
