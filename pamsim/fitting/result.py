@@ -25,6 +25,10 @@ _FLAG_TEXT = {
     Flag.TRADE_OFF: "trades off with",
     Flag.NOT_PINNED: "95 % interval wider than the value itself",
 }
+_WHOLE_FORCE = (
+    "# The law is the whole measured force. So that the rubber does not count twice, set these of",
+    "# the rig to 0: passive.stiffness, passive.parallel, threshold.pressure, end_shape.loss.",
+)
 _WITH_PARTNERS = (Flag.TRADE_OFF, Flag.FLAT_DIRECTION)
 
 
@@ -142,6 +146,8 @@ def _params_text(result: Mapping[str, Any]) -> str:
         f"# {best['model']} fitted to {Path(result['file']).name}: {scores['points']} points,"
         f" {scores['rmse']:.4g} {best['unit']} RMS. Paste the sections into a rig's params.toml."
     ]
+    if result["kind"] == "force_map" and best["model"] != "effective_area":
+        lines += _WHOLE_FORCE
     for name, entries in result["section"].items():
         lines += ["", f"[{name}]"]
         lines += [f"{key} = {_value(entry)}" for key, entry in entries.items()]

@@ -7,9 +7,11 @@ import shutil
 import tomllib
 from importlib import resources
 
+import mujoco
 import numpy as np
 import pytest
 
+from pamsim import load_rig, muscle_lengths, new_rig, pressure_step, simulate
 from pamsim.fitting.curve_fit import search_curve
 from pamsim.fitting.fit import fit
 from pamsim.fitting.force_map import (
@@ -319,3 +321,36 @@ def test_models_lists_everything_and_shows_one(tmp_path, run):
     ):
         assert re.search(shown, run("list", "models", name)[1])
     assert "did you mean 'six_parameter'" in run("list", "models", "six_parametre")[2]
+
+
+def test_a_rig_with_the_fitted_law_pulls_as_the_map_once_its_rubber_is_off(tmp_path):
+    rows = [
+        (p, kappa, 0.3 * p * np.exp(-12.0 * kappa) + 1.7 * p - 6.0 * p * kappa - 90.0)
+        for p in (100, 200, 300, 400, 500)
+        for kappa in (0.0, 0.05, 0.1, 0.15, 0.2)
+    ]
+    path = written(tmp_path / "map.csv", "p_kpa,contraction,force_n", rows)
+    found = fit(path, model="six_parameter", hold_out="none")
+    found.save(tmp_path / "out")
+    fitted = (tmp_path / "out" / "params.toml").read_text(encoding="utf-8")
+    rig = new_rig("bench", "joint", out=tmp_path / "bench")
+    old = (rig / "params.toml").read_text(encoding="utf-8")
+    start = old.index("[muscle.force]")
+    rest = old[old.index("\n[", start) :]
+    (rig / "params.toml").write_text(old[:start] + fitted + rest, encoding="utf-8")
+    loaded = load_rig(rig)
+    # What the file names as counted twice.
+    named = re.findall(r"(?:passive|threshold|end_shape)\.\w+", fitted)
+    assert len(named) == 4
+    data = mujoco.MjData(loaded.model)
+    pulled, measured = [], []
+    for one in (loaded, loaded.with_parameters(dict.fromkeys(named, 0.0))):
+        still = simulate(one, pressure_step((4e5, 3e5), (4e5, 3e5), duration=0.1)).completed()
+        data.qpos[0] = still.angle[-1]
+        mujoco.mj_forward(loaded.model, data)
+        kappa = 1.0 - np.array(muscle_lengths(loaded.model, data)) / 0.21
+        p = 1e-3 * still.pressure[-1]
+        pulled.append(still.tension[-1])
+        measured.append(0.3 * p * np.exp(-12.0 * kappa) + 1.7 * p - 6.0 * p * kappa - 90.0)
+    assert np.all(pulled[0] < 0.7 * measured[0])
+    assert pulled[1] == pytest.approx(measured[1], rel=1e-4)
