@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -232,14 +233,14 @@ def estimates_of(
     the output leads the input.
     """
     if isinstance(structure, DiscreteStructure):
-        return _of_discrete(structure, at, _per(unit_output, units_input[0]))
+        return _of_discrete(structure, at, gain_unit(unit_output, units_input[0]))
     x = at.coordinates
     marks = structure.marks
     firsts = [structure.coefficients(i).start for i in range(structure.inputs)]
     per_time = ("", "/s", "/s^2")[structure.integrators]
     result: list[Estimate] = []
     for mark, first, unit in zip(marks, firsts, units_input, strict=True):
-        unit_gain = _per(unit_output, unit) + per_time
+        unit_gain = gain_unit(unit_output, unit) + per_time
         result.append(at.estimate(f"K{mark}", unit_gain, float(x[first]), at.unit(first)))
     for name, unit, i in pole_names(structure, x):
         result.append(at.estimate(name, unit, float(np.exp(x[i])), at.unit(i), positive=True))
@@ -267,9 +268,10 @@ def estimates_of(
     return tuple(result)
 
 
-def _per(unit_output: str, unit_input: str) -> str:
+def gain_unit(unit_output: str, unit_input: str) -> str:
     """Unit of a gain."""
-    return "-" if unit_output == unit_input == "-" else f"{unit_output}/{unit_input}"
+    below = f"({unit_input})" if re.search(r"[/*]", unit_input) else unit_input
+    return "-" if unit_output == unit_input == "-" else f"{unit_output}/{below}"
 
 
 def _of_discrete(

@@ -28,7 +28,7 @@ from pamsim.identification.curves import (
 from pamsim.identification.data import IdentifyData, Source, read_data, trials_of
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
-from pamsim.identification.model import IdentifiedModel, TrialScore
+from pamsim.identification.model import IdentifiedModel, TrialScore, gain_unit
 from pamsim.identification.recommendation import Candidate, Recommendation
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
@@ -334,8 +334,8 @@ class Identification(IdentificationResult):
             rate = one.unit.removeprefix(out.si_unit)
             return parameter_entry(one, 1.0 / out.factor, out.unit + rate)
         if one.name[0] in "Kb":
-            unit = out.unit if into.unit == "1" else f"{out.unit}/{into.unit}"
-            rate = one.unit.removeprefix(f"{out.si_unit}/{into.si_unit}")  # if it integrates
+            unit = out.unit if into.unit == "1" else gain_unit(out.unit, into.unit)
+            rate = one.unit.removeprefix(gain_unit(out.si_unit, into.si_unit))  # if it integrates
             return parameter_entry(one, self._gain(into), unit + rate)
         return parameter_entry(one, 1.0, one.unit)
 

@@ -180,6 +180,15 @@ def test_a_rate_of_poles_is_no_gain_from_an_input_in_seconds(tmp_path):
     assert (found["K"]["unit"], found["wn"]["unit"]) == ("deg/s", "rad/s")
 
 
+def test_the_gain_from_a_flow_is_per_the_whole_unit_of_the_flow(tmp_path):
+    given = record(7, constants=(LAG,), gain=2.0, noise=0.01, n=400)
+    columns = given.time, given.input, given.output
+    path = log(tmp_path / "log.csv", "time_s,flow [l/min],force [lbf]", *columns)
+    found = identify(path, **FEW)
+    assert found.shown.fit["K"].unit == "N/(l/min)"
+    assert found.to_dict()["models"][0]["parameters"]["K"]["unit"] == "lbf/(l/min)"
+
+
 def test_a_part_of_a_trial_does_not_begin_at_rest(tmp_path):
     given = record(9, noise=0.01)
     path = log(tmp_path / "log.csv", "time_s,u,y", given.time, given.input, given.output)
