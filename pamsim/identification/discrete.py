@@ -31,8 +31,9 @@ _SAME_RATE = 1e-3  # relative difference of two sample times that is rounding
 class DiscreteStructure:
     """``y = B(q)/A(q) u`` with noise ``1/A e`` (ARX) or plainly ``e`` (output error).
 
-    Of output error, A is usually called F. Every trial has an offset of its own; of output error
-    it starts at rest under its first input value, of ARX nothing is assumed about what went before.
+    Of output error, A is usually called F. Every trial has an offset of its own. A simulated trial
+    starts at rest under its first input value, or in a state that is fitted; the prediction of ARX
+    assumes nothing about what went before.
 
     Coordinates of ARX are a1..a_na, b1..b_nb. Those of output error begin with the first na
     coefficients of A in powers of ``1 - 1/q``: of a system sampled fast all poles are near 1, and
@@ -49,6 +50,7 @@ class DiscreteStructure:
     nb: int  # number of input coefficients, >= 1
     nk: int  # samples between the input and its first effect, >= 0
     sample_time: float  # Ts [s]
+    start: str = "rest"  # of every simulated trial: at ``rest``, or in a ``free`` state
 
     def __post_init__(self) -> None:
         least = 1 if self.kind == "oe" else 0
@@ -76,12 +78,13 @@ class DiscreteStructure:
         return self.na if self.kind == "oe" else 0
 
     def counted(self, trials: int) -> int:
-        """Return the number of coefficients of a fit to some trials, their offsets included."""
-        return self.unknowns + trials
+        """Return the number of coefficients of a fit to some trials, what is their own included."""
+        moving = self.kind == "oe" and self.start == "free"
+        return self.unknowns + trials * (1 + self.reach * moving)
 
     @property
     def reach(self) -> int:
-        """How many samples back the regression vector of ARX reaches."""
+        """How many samples back the regression vector of ARX reaches: the order of the state."""
         return max(self.na, self.nk + self.nb - 1)
 
     def from_differences(self) -> tuple[FloatArray, FloatArray]:
@@ -146,9 +149,10 @@ class DiscreteStructure:
     def free_run(
         self, coordinates: FloatArray, record: SignalRecord, *, offset: float | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Simulate a record from rest at its first input; return the output and ``[offset]``.
+        """Simulate a record, its offset (and initial state) fitted to its output.
 
-        The offset is fitted to the record's output where none is given [output unit].
+        With an offset [output unit] the run starts at rest there and nothing is fitted. Returned
+        are the output, shape ``(N,)``, and the trial's own coefficients, offset first.
 
         Raises:
             InputError: for another sample time.
@@ -156,9 +160,26 @@ class DiscreteStructure:
         self._require_rate(record)
         with np.errstate(over="ignore", invalid="ignore"):
             forced = self._forced(coordinates, record.input - record.input[0])
-            if offset is None:
-                offset = float(np.mean(record.output - forced))
-        return forced + offset, np.array([offset])
+            if offset is not None:
+                return forced + offset, np.array([offset])
+            own = self.trial_columns(coordinates, forced.size)
+            if not (np.isfinite(own).all() and np.isfinite(forced).all()):  # it explodes
+                return forced, np.array([np.nan])
+        coefficients: Any = np.linalg.lstsq(own, record.output - forced, rcond=None)[0]
+        return forced + own @ coefficients, coefficients
+
+    def trial_columns(self, coordinates: FloatArray, samples: int) -> FloatArray:
+        """Return what each simulated trial adds of its own: an offset, the modes of a free start.
+
+        What went before leaves impulses at the first samples, as many as the state has numbers.
+        """
+        constant = np.ones((samples, 1))
+        if self.start == "rest" or not self.reach:
+            return constant
+        impulse = np.eye(1, samples)[0]
+        with np.errstate(over="ignore", invalid="ignore"):
+            run = _lfilter([1.0], self.denominator(coordinates), impulse)
+        return np.hstack([constant, _delayed(run, range(self.reach))])
 
     def _forced(self, coordinates: FloatArray, given: FloatArray) -> FloatArray:
         """Simulate an input that is 0 before the record, from rest; not finite on an explosion."""
@@ -185,13 +206,17 @@ class DiscreteStructure:
         def through(x: FloatArray, i: int) -> FloatArray:
             with np.errstate(over="ignore", invalid="ignore"):
                 run = _lfilter([1.0], self.denominator(x), inputs[i])
-            delayed = np.concatenate([np.zeros(self.nk + self.nb - 1), run])
-            return np.column_stack([delayed[k : k + run.size] for k in range(self.nb - 1, -1, -1)])
+            return _delayed(run, range(self.nk, self.nk + self.nb))
+
+        def own(x: FloatArray, i: int) -> FloatArray:
+            return (
+                np.ones((outputs[i].size, 1)) if blocks else self.trial_columns(x, inputs[i].size)
+            )
 
         return Separable(
             outputs=outputs,
             shared=(lambda _, i: blocks[i][0]) if blocks else through,
-            own=lambda _, i: np.ones((outputs[i].size, 1)),
+            own=own,
             lower=np.full(self.searched, -np.inf),
             upper=np.full(self.searched, np.inf),
             sample_times=(self.sample_time,) * len(data),
@@ -239,6 +264,12 @@ class DiscreteStructure:
             origin = row * (gain / float(row @ row))
             directions = np.linalg.svd(row[np.newaxis, :])[2][1:].T
         return Held(origin, directions, values.get("offset"))
+
+
+def _delayed(run: FloatArray, samples: range) -> FloatArray:
+    """A signal (n,) by some numbers of samples later, 0 before, as columns."""
+    padded = np.concatenate([np.zeros(samples[-1]), run])
+    return np.column_stack([padded[samples[-1] - k :][: run.size] for k in samples])
 
 
 Structure = ContinuousStructure | DiscreteStructure

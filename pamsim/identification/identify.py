@@ -78,8 +78,7 @@ def identify(
         arx: (na, nb, nk) of the ARX model; two small ones if left out.
         oe: (nb, nf, nk) of the output-error model; two small ones if left out.
         start: of every trial: at ``rest``, in a ``free`` state that is fitted, or ``auto``: rest
-            for recordings of a rig, which begin at rest; free for tables and parts of a trial. An
-            output-error model always starts at rest: of a trial that begins in motion it is wrong.
+            for recordings of a rig, which begin at rest; free for tables and parts of a trial.
         integrators: poles at 0 of the model of that order.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.

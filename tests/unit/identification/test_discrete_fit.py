@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.status import FitStatus
 from tests.unit.identification.planted import fit_arx, fit_oe, record, refuses, steps
@@ -53,6 +54,28 @@ def test_planted_models_of_any_order_are_recovered(a, b, nk):
         expected = np.polyval(b, z) / np.polyval([1.0, *a], z) * z ** (len(a) - len(b) + 1.0 - nk)
         found = model.structure.frequency_response(model.coordinates, w)
         np.testing.assert_allclose(found, expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("a", "b", "nk"), [((-0.9,), (0.3,), 4), ((-1.6, 0.63), (0.02, 0.05), 1)])
+def test_a_trial_that_begins_in_motion_is_met_from_a_free_state_and_not_from_rest(a, b, nk):
+    given = []
+    for one in (discrete(1, a, b, nk), discrete(2, a, b, nk)):
+        cut = int(np.flatnonzero(np.diff(one.input))[4]) + 2  # soon after a step
+        given.append(one.part(slice(cut, None)))
+    free, rest = (
+        fit(given, DiscreteStructure("oe", len(a), len(b), nk, TS, start))
+        for start in ("free", "rest")
+    )
+    assert free.denominator == pytest.approx([1.0, *a], abs=1e-6)
+    assert free.numerator == pytest.approx(b, abs=1e-6)
+    assert free.fit_percent == pytest.approx(100.0, abs=1e-3)
+    assert rest.fit_percent < 98.0
+    assert free.level == pytest.approx(1.5 - sum(b) / (1.0 + sum(a)) * FIRST, abs=1e-4)
+    # As many coefficients more as samples that what went before acts in.
+    states = max(len(a), nk + len(b) - 1)
+    assert free.structure.counted(2) - rest.structure.counted(2) == 2 * states
+    arx = fit(given, DiscreteStructure("arx", len(a), len(b), nk, TS, "free"))
+    assert arx.fit_percent == pytest.approx(100.0, abs=1e-3)
 
 
 def test_offsets_are_those_of_a_column_of_ones_for_each_trial():
