@@ -139,7 +139,7 @@ class FittedModels:
         """Fit ARX or output error; None where the records do not determine it."""
 
         def found() -> IdentifiedModel:
-            sample_time, start = self.records[0].sample_time, self.models.start
+            sample_time, start = self.records[0].sample_time, self.asked.start
             structure = DiscreteStructure(kind, na, nb, nk, sample_time, start)
             fit = fit_model(self.records, structure)
             if kind == "arx" and fit.covariance is None:
