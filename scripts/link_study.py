@@ -7,7 +7,7 @@
 Every case is a recording on disk (five inputs that no diagnosis contains, in two settings, 5 s at
 100 Hz) of a rig as the independent plant simulates it: its own equations, integrator and steps. It
 is read from there. With ``--repeats 1`` a case is a single log of one input, such as ``levels``, or
-``multisine``, which repeats every 4 s; its noise is compared with what was added. What is counted
+``multisine``, which repeats every 4 s: its noise is compared with what was added. What is counted
 is defined in link_study_scores.py. Finished rows are kept in out/link_study: a stopped study goes
 on where it was, as long as the code is the same.
 """
@@ -33,7 +33,7 @@ import pamsim
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidates, rig_effect, rig_name
 from pamsim.comparison.links import whole_run
-from pamsim.comparison.measurements import read_calibration_data
+from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.repeats import repeats
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
@@ -84,6 +84,14 @@ def recorded(rig: Rig, case: Case, how: Mapping[str, Any]) -> SyntheticRecording
     )
 
 
+def read_back(
+    rig: Rig, hidden: SyntheticRecording, folder: Path
+) -> tuple[CalibrationData, dict[str, Any]]:
+    """A recording as it is read from a folder, and its ground truth."""
+    truth = read(hidden.save(folder))
+    return read_calibration_data([str(folder)]).of_rig(rig), truth
+
+
 def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Record a case, diagnose it link by link, and write down what was found."""
     count, threads, log, seconds, file = kind.split(" ", 4)
@@ -91,14 +99,11 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     rig = pamsim.load_rig(case["rig"])
     how = settings(case, int(count), log, float(seconds))
     with tempfile.TemporaryDirectory() as folder:
-        hidden = recorded(rig, case, how)
-        truth = read(hidden.save(Path(folder) / "data"))
-        data = read_calibration_data([str(Path(folder) / "data")]).of_rig(rig)
+        data, truth = read_back(rig, recorded(rig, case, how), Path(folder) / "data")
         floor: dict[str, Any] = {}
         if count == "1":
             without = recorded(rig, case, {**how, "noise": 0.0, "quantised": False})
-            without.save(Path(folder) / "without")
-            clean = read_calibration_data([str(Path(folder) / "without")]).of_rig(rig)
+            clean, _ = read_back(rig, without, Path(folder) / "without")
             floor = {"floor": floors(rig, data.trials, clean.trials)}
     kept = ("name", "formulation", "stands_for", "families", "resembles")
     known = distances(rig, truth)

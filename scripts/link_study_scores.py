@@ -224,9 +224,10 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 FLOOR_ERROR = 0.2
+"""Share of the noise that was added, by which an estimate may be off."""
 
 ONE_LOG = (
-    Bar("one log: noise of a channel within 20 % of what was added", low=0.90),
+    Bar(f"one log: noise of a channel within {FLOOR_ERROR:.0%} of what was added", low=0.90),
     Bar("one log, one effect: family certain", low=0.75),
 )
 

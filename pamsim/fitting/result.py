@@ -146,6 +146,7 @@ def _params_text(result: Mapping[str, Any]) -> str:
         f"# {best['model']} fitted to {Path(result['file']).name}: {scores['points']} points,"
         f" {scores['rmse']:.4g} {best['unit']} RMS. Paste the sections into a rig's params.toml."
     ]
+    # The template of a bellows has no rubber but the wall, which its law includes.
     if result["kind"] == "force_map" and best["model"] != "effective_area":
         lines += _WHOLE_FORCE
     for name, entries in result["section"].items():

@@ -209,9 +209,8 @@ class DiscreteStructure:
             return _delayed(run, range(self.nk, self.nk + self.nb))
 
         def own(x: FloatArray, i: int) -> FloatArray:
-            return (
-                np.ones((outputs[i].size, 1)) if blocks else self.trial_columns(x, inputs[i].size)
-            )
+            samples = outputs[i].size
+            return np.ones((samples, 1)) if blocks else self.trial_columns(x, samples)
 
         return Separable(
             outputs=outputs,

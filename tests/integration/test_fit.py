@@ -28,6 +28,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.recordings.measured_table import ForceMap, read_measured
 from pamsim.recordings.printed import loop_equation
 from pamsim.recordings.rig_file import shipped_rigs
+from tests.integration.page_blocks import DOCS
 from tests.unit.report.page_laws import check_page
 
 DATA = resources.files("pamsim") / "data"
@@ -324,8 +325,11 @@ def test_models_lists_everything_and_shows_one(tmp_path, run):
 
 
 def test_a_rig_with_the_fitted_law_pulls_as_the_map_once_its_rubber_is_off(tmp_path):
+    def pull(p, kappa):  # of a pressure in kPa [N]
+        return 0.3 * p * np.exp(-12.0 * kappa) + 1.7 * p - 6.0 * p * kappa - 90.0
+
     rows = [
-        (p, kappa, 0.3 * p * np.exp(-12.0 * kappa) + 1.7 * p - 6.0 * p * kappa - 90.0)
+        (p, kappa, pull(p, kappa))
         for p in (100, 200, 300, 400, 500)
         for kappa in (0.0, 0.05, 0.1, 0.15, 0.2)
     ]
@@ -342,6 +346,8 @@ def test_a_rig_with_the_fitted_law_pulls_as_the_map_once_its_rubber_is_off(tmp_p
     # What the file names as counted twice.
     named = re.findall(r"(?:passive|threshold|end_shape)\.\w+", fitted)
     assert len(named) == 4
+    page = (DOCS / "fit.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in page for name in named)
     data = mujoco.MjData(loaded.model)
     pulled, measured = [], []
     for one in (loaded, loaded.with_parameters(dict.fromkeys(named, 0.0))):
@@ -349,8 +355,7 @@ def test_a_rig_with_the_fitted_law_pulls_as_the_map_once_its_rubber_is_off(tmp_p
         data.qpos[0] = still.angle[-1]
         mujoco.mj_forward(loaded.model, data)
         kappa = 1.0 - np.array(muscle_lengths(loaded.model, data)) / 0.21
-        p = 1e-3 * still.pressure[-1]
         pulled.append(still.tension[-1])
-        measured.append(0.3 * p * np.exp(-12.0 * kappa) + 1.7 * p - 6.0 * p * kappa - 90.0)
+        measured.append(pull(1e-3 * still.pressure[-1], kappa))
     assert np.all(pulled[0] < 0.7 * measured[0])
     assert pulled[1] == pytest.approx(measured[1], rel=1e-4)
