@@ -227,7 +227,7 @@ FLOOR_ERROR = 0.2
 """Share of the noise that was added, by which an estimate may be off."""
 
 ONE_LOG = (
-    Bar(f"one log: noise of a channel within {100.0 * FLOOR_ERROR:g} % of what was added", low=0.90),
+    Bar(f"one log: noise within {100.0 * FLOOR_ERROR:g} % of what was added", low=0.90),
     Bar("one log, one effect: family certain", low=0.75),
 )
 
