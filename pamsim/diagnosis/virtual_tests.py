@@ -231,6 +231,7 @@ def _held(rig: Bench, muscle: int) -> tuple[Parameters, States, list[float]]:
     """A muscle at rest, held by its ends at the test's pressure, its air at ambient temperature."""
     m = copy.deepcopy(rig.muscles[muscle])
     m.chain.compliance = m.chain.backlash = m.chain.ripple = m.chamber.heat_rate = 0.0
+    m.chain.learned_high = m.chain.learned_low
     return m, *split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
 
 

@@ -41,6 +41,7 @@ from pamsim.engine.state import (
     settle,
 )
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
+from pamsim.physics.chain import chain_ripples
 from pamsim.physics.learned import learns
 from pamsim.physics.valves import ValvePair
 from pamsim.recordings.experiment import Experiment, pressure_step
@@ -288,7 +289,7 @@ def record(
     # Friction, teeth and what was learned make the force on a tendon another than its muscle's; a
     # hook may add them.
     braked = each_step is not None or any(
-        m.friction.acts or learns(m.learned) or m.chain.ripple for m in muscles.values()
+        m.friction.acts or learns(m.learned) or chain_ripples(m.chain) for m in muscles.values()
     )
     gauges = Gauges(model, backend=backend)
 

@@ -20,6 +20,10 @@ runs ahead and falls back by an amplitude a, and the force on the sprocket chang
 no work is lost:
 
     x_muscle = x + a sin(2 pi x / p + phase)
+
+A cam or a pulley off its axis has an arm that changes by a share A(x), learned from data as a curve
+without a formula (`pamsim.physics.spline`). The muscle's length is its integral, x_muscle = x + int
+A dx from 0 on, and no work is lost either.
 """
 
 from __future__ import annotations
@@ -27,6 +31,10 @@ from __future__ import annotations
 import math
 
 from pamsim.core.parameters import ParameterGroup, quantity
+from pamsim.physics.spline import curve_of_8, integral_of_8
+
+CONTROLS = 8
+"""Control values of a learned change of the moment arm: bends in a seventh of the travel."""
 
 
 class Chain(ParameterGroup, group="chain"):
@@ -55,22 +63,62 @@ class Chain(ParameterGroup, group="chain"):
     )
     ripple_pitch: float = quantity("[1e-4, 1] m", "p, travel per tooth", 9.525e-3)
     ripple_phase: float = quantity("[-7, 7] rad", "of the ripple at tendon length 0", 0.0)
+    learned_low: float = quantity("[-10, 10] m", "tendon length at which a curve begins", 0.0)
+    learned_high: float = quantity("[-10, 10] m", "tendon length at which it ends", 0.0)
+    learned_1: float = quantity(
+        "[-20, 20]", "control value of a learned change of the moment arm, as a share, first", 0.0
+    )
+    learned_2: float = quantity("[-20, 20]", "second", 0.0)
+    learned_3: float = quantity("[-20, 20]", "third", 0.0)
+    learned_4: float = quantity("[-20, 20]", "fourth", 0.0)
+    learned_5: float = quantity("[-20, 20]", "fifth", 0.0)
+    learned_6: float = quantity("[-20, 20]", "sixth", 0.0)
+    learned_7: float = quantity("[-20, 20]", "seventh", 0.0)
+    learned_8: float = quantity("[-20, 20]", "eighth", 0.0)
+
+
+def chain_ripples(chain: Chain) -> bool:
+    """Whether the force on the tendon is another than the muscle's."""
+    return chain.ripple > 0.0 or learns_arm(chain)
+
+
+def learns_arm(chain: Chain) -> bool:
+    """Whether there is a learned change of the moment arm."""
+    return chain.learned_high > chain.learned_low
 
 
 def chain_length(chain: Chain, tendon_length: float) -> float:
-    """Tendon length behind the sprocket's teeth [m], from that before them [m]."""
-    if chain.ripple == 0.0:
-        return tendon_length
-    wave = 2.0 * math.pi / chain.ripple_pitch
-    return tendon_length + chain.ripple * math.sin(wave * tendon_length + chain.ripple_phase)
+    """Tendon length behind the sprocket [m], from that of the round one before it [m]."""
+    length = tendon_length
+    if chain.ripple > 0.0:
+        wave = 2.0 * math.pi / chain.ripple_pitch
+        length += chain.ripple * math.sin(wave * tendon_length + chain.ripple_phase)
+    if learns_arm(chain):
+        length += _cam_travel(chain, tendon_length) - _cam_travel(chain, 0.0)
+    return length
 
 
 def chain_ratio(chain: Chain, tendon_length: float) -> float:
     """Derivative of `chain_length` [-], also the force on the tendon over the muscle's pull."""
-    if chain.ripple == 0.0:
-        return 1.0
-    wave = 2.0 * math.pi / chain.ripple_pitch
-    return 1.0 + chain.ripple * wave * math.cos(wave * tendon_length + chain.ripple_phase)
+    ratio = 1.0
+    if chain.ripple > 0.0:
+        wave = 2.0 * math.pi / chain.ripple_pitch
+        ratio += chain.ripple * wave * math.cos(wave * tendon_length + chain.ripple_phase)
+    if learns_arm(chain):
+        ratio += curve_of_8(
+            tendon_length,
+            chain.learned_low,
+            chain.learned_high,
+            chain.learned_1,
+            chain.learned_2,
+            chain.learned_3,
+            chain.learned_4,
+            chain.learned_5,
+            chain.learned_6,
+            chain.learned_7,
+            chain.learned_8,
+        )
+    return ratio
 
 
 def steady_extension(chain: Chain, tension: float) -> float:
@@ -105,3 +153,19 @@ def shift_rate(
     elif after < -half:
         after = -half + given * (after + half)
     return (after - shift) / timestep
+
+
+def _cam_travel(chain: Chain, tendon_length: float) -> float:
+    return integral_of_8(
+        tendon_length,
+        chain.learned_low,
+        chain.learned_high,
+        chain.learned_1,
+        chain.learned_2,
+        chain.learned_3,
+        chain.learned_4,
+        chain.learned_5,
+        chain.learned_6,
+        chain.learned_7,
+        chain.learned_8,
+    )

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY
+from pamsim.physics.chain import chain_ripples
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.friction import rubs
@@ -87,7 +88,7 @@ def broken_invariant(
     if not law_pushes(m):
         pull = -force
         braked = rubs(m.friction) or m.friction.stribeck_force > 0.0 or learns(m.learned)
-        if braked or m.chain.ripple > 0.0:
+        if braked or chain_ripples(m.chain):
             # The force along the tendon is another than the muscle's.
             pull = tension(m, before, memory_before, tendon_length, tendon_velocity)
         if not pull >= 0.0:

@@ -3,21 +3,25 @@
 One runs over the length of the tendon, one over its speed, as `pamsim.physics.spline` describes,
 from one end of what the data visited to the other: beyond nothing was seen. The curve over length
 has a potential, whatever its shape; that over speed takes work wherever it has the sign of the
-speed.
+speed. A third is a dry friction F that differs from length to length, smooth in the speed v,
+
+    f = F(l) tanh(v / v_s)
 """
 
 from __future__ import annotations
 
+import math
+
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.spline import bump, curve_of_8, place
 
-LENGTH, SPEED = 24, 8
+LENGTH, SPEED, RUB = 24, 8, 8
 """Control forces of each curve: bends in a 23rd of the range, a tooth or a detent of some degrees,
 and in a seventh."""
 
 
 class Learned(ParameterGroup, group="learned"):
-    """Ends and control forces of both curves; a curve whose ends are equal is none."""
+    """Ends and control forces of the curves; a curve whose ends are equal is none."""
 
     low: float = quantity("[-10, 10] m", "tendon length at which the curve over it begins", 0.0)
     high: float = quantity("[-10, 10] m", "tendon length at which it ends", 0.0)
@@ -55,10 +59,25 @@ class Learned(ParameterGroup, group="learned"):
     drag_6: float = quantity("[-1e4, 1e4] N", "sixth", 0.0)
     drag_7: float = quantity("[-1e4, 1e4] N", "seventh", 0.0)
     drag_8: float = quantity("[-1e4, 1e4] N", "eighth", 0.0)
+    rub_low: float = quantity("[-10, 10] m", "tendon length at which dry friction begins", 0.0)
+    rub_high: float = quantity("[-10, 10] m", "tendon length at which it ends", 0.0)
+    rub_speed: float = quantity(
+        "[1e-6, 100] m/s", "v_s, tendon speed within which it is built up", 1e-3
+    )
+    rub_1: float = quantity("[-1e4, 1e4] N", "control value of F, first", 0.0)
+    rub_2: float = quantity("[-1e4, 1e4] N", "second", 0.0)
+    rub_3: float = quantity("[-1e4, 1e4] N", "third", 0.0)
+    rub_4: float = quantity("[-1e4, 1e4] N", "fourth", 0.0)
+    rub_5: float = quantity("[-1e4, 1e4] N", "fifth", 0.0)
+    rub_6: float = quantity("[-1e4, 1e4] N", "sixth", 0.0)
+    rub_7: float = quantity("[-1e4, 1e4] N", "seventh", 0.0)
+    rub_8: float = quantity("[-1e4, 1e4] N", "eighth", 0.0)
 
 
 def learns(learned: Learned) -> bool:
     """Whether there is a curve."""
+    if learned.rub_high > learned.rub_low:
+        return True
     return learned.high > learned.low or learned.fastest > learned.slowest
 
 
@@ -94,5 +113,19 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
             learned.drag_6,
             learned.drag_7,
             learned.drag_8,
+        )
+    if learned.rub_high > learned.rub_low:
+        force += math.tanh(speed / learned.rub_speed) * curve_of_8(
+            length,
+            learned.rub_low,
+            learned.rub_high,
+            learned.rub_1,
+            learned.rub_2,
+            learned.rub_3,
+            learned.rub_4,
+            learned.rub_5,
+            learned.rub_6,
+            learned.rub_7,
+            learned.rub_8,
         )
     return force

@@ -60,6 +60,8 @@ EFFECTS = {
     "learned_pull": {"learned_tension.high": 0.05, "learned_tension.pull_4": 30.0},
     "learned_flow": {"valve.learned_high": 1.0, "valve.learned_5": 0.4},
     "learned_over_speed": {"muscle_1:learned.slowest": -0.02, "muscle_1:learned.drag_4": 5.0},
+    "learned_friction": {"muscle_1:learned.rub_low": -0.005, "muscle_1:learned.rub_4": 10.0},
+    "learned_arm": {"muscle_1:chain.learned_low": -0.005, "muscle_1:chain.learned_4": 0.2},
 }
 SHAPES = {
     "parallel_hysteresis.chord": 30.0,
@@ -79,6 +81,9 @@ SHAPES = {
     "friction.dwell_travel": 1e-3,
     "learned.force_4": 30.0,
     "learned.drag_2": -5.0,
+    "learned.rub_2": 5.0,
+    "learned.rub_speed": 0.02,
+    "chain.learned_2": 0.1,
     "learned_tension.area_2": 1e-4,
     "learned_tension.pull_5": 30.0,
     "valve.learned_3": 0.4,

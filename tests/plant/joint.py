@@ -54,4 +54,8 @@ def free_torque(j: Record, angle: float, speed: float, deflection: float) -> flo
         total -= j.detent * away * math.exp(0.5 * (1.0 - away * away))
     if j.stop_stiffness > 0.0 and angle > j.stop_at:
         total -= j.stop_stiffness * (angle - j.stop_at)
+    if j.patch > 0.0:
+        away = (angle - j.patch_at) / j.patch_width
+        total -= j.patch * math.exp(-0.5 * away * away) * math.tanh(speed / j.patch_speed)
+    total -= j.cube * angle**3
     return total

@@ -34,13 +34,18 @@ _SLEW_TIME = 2e-3
 
 
 def on_teeth(m: Record, angle: float) -> tuple[float, float]:
-    """Tendon length behind the sprocket's teeth [m], and its change with the angle [m/rad]."""
-    travel = m.arm * angle
+    """Tendon length behind cam and teeth [m], and its change with the angle [m/rad]."""
+    travel, arm = m.arm * angle, m.arm
+    if m.cam != 0.0:
+        away, wide = (angle - m.cam_at) / m.cam_width, math.sqrt(2.0)
+        swept = math.erf(away / wide) + math.erf(m.cam_at / m.cam_width / wide)
+        travel += m.arm * m.cam * m.cam_width * math.sqrt(0.5 * math.pi) * swept
+        arm += m.arm * m.cam * math.exp(-0.5 * away * away)
     if m.teeth == 0.0:
-        return travel, m.arm
+        return travel, arm
     wave = 2.0 * math.pi / m.teeth_pitch
     phase = wave * travel + m.teeth_phase
-    return travel + m.teeth * math.sin(phase), m.arm * (1.0 + m.teeth * wave * math.cos(phase))
+    return travel + m.teeth * math.sin(phase), arm * (1.0 + m.teeth * wave * math.cos(phase))
 
 
 def muscle_length(m: Record, states: FloatArray, first: int) -> float:

@@ -50,6 +50,9 @@ torque                      # constant [N m]
 ripple ripple_periods ripple_phase # amplitude [N m], per radian [-], [rad]
 detent detent_at detent_width # largest torque [N m], middle, and from there to that torque [rad]
 stop_at stop_stiffness      # soft stop on one side [rad, N m/rad]
+cube                        # spring that stiffens with the angle's cube [N m/rad^3]
+patch patch_at patch_width patch_speed # dry friction about an angle [N m, rad, rad], smooth in
+                            # speed [rad/s]
 tooth_stiffness             # of elastic teeth; 0 for hard ones [N/m]
 tooth_bend                  # deflection at which round teeth have that on average; 0 straight [m]
 refill_square               # the same as `refill`, per squared flow [Pa s^2/kg^2]
@@ -70,6 +73,7 @@ fill_conductance exhaust_conductance critical laminar supply
 band dead_band dead_zone_fill dead_zone_exhaust lag delay
 compliance compliance_time  # of the chain
 teeth teeth_pitch teeth_phase # ripple of the travel on the sprocket's teeth [m, m, rad]
+cam cam_at cam_width        # share by which the arm is larger, where and how wide [-, rad, rad]
 braid_rub                   # friction of the braid per pressure and rate of contraction [N s/Pa]
 brake brake_speed           # Stribeck friction along the tendon, smooth in speed [N, m/s]
 rub rub_share               # friction of bristles along the tendon [N], and per tension [-]

@@ -17,7 +17,9 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
-from pamsim.physics.learned import LENGTH, SPEED, learns
+from pamsim.physics.chain import CONTROLS as ARMS
+from pamsim.physics.chain import learns_arm
+from pamsim.physics.learned import LENGTH, RUB, SPEED, learns
 from pamsim.physics.learned_tension import CONTROLS as TENSIONS
 from pamsim.physics.learned_tension import LearnedTension, learns_tension
 from pamsim.physics.spline import shares
@@ -30,7 +32,7 @@ _RATES = (0.2, 99.8)
 """Percentiles of rates between which a curve is spread: those of read positions have outliers."""
 
 _SEEN = 40  # rows of a trial whose contractions show the range that was visited
-_SENSOR, _VALVE = "sensor.learned_", "valve.learned_"
+_SENSOR, _VALVE, _ARM = "sensor.learned_", "valve.learned_", "chain.learned_"
 
 
 class Kind(StrEnum):
@@ -42,6 +44,8 @@ class Kind(StrEnum):
     UNPRESSED = "a tension over the contraction"
     READING = "an error of the sensor over the position"
     FLOW = "a change of the flow over the opening"
+    FRICTION = "a dry friction over the position"
+    ARM = "a change of the moment arm over the position"
 
     @property
     def over(self) -> str:
@@ -53,7 +57,8 @@ class Kind(StrEnum):
         """Parts of the chain in which it acts."""
         if self is Kind.FLOW:
             return (VALVES,)
-        if self is Kind.READING:  # the motion that a muscle is given is read as well
+        # The motion that a muscle is given is read as well, and its length follows from the arm.
+        if self in (Kind.READING, Kind.ARM):
             return MUSCLE, JOINT
         return (MUSCLE,) if self in (Kind.PRESSED, Kind.UNPRESSED) else (JOINT,)
 
@@ -69,25 +74,28 @@ class Curve:
     """A learned curve."""
 
     kind: Kind  # of curve
-    acts_at: str  # joint, `MUSCLES` or `ALL_VALVES`
+    acts_at: str  # joint, muscle, `MUSCLES` or `ALL_VALVES`
     # (n,) from one end of what was visited to the other: positions [rad or m], speeds [the same per
     # s], contractions [-], or signed openings, fill above 0 [-]
     at: FloatArray
-    # (n,) torque in the direction in which the position grows [N m or N], tension [N], tension per
-    # pressure [m^2], read less true position [rad or m], or change of the flow as a share of it [-]
+    # (n,) torque in the direction in which the position grows [N m or N], dry friction [the same],
+    # tension [N], tension per pressure [m^2], read less true position [rad or m], or change of the
+    # flow or the moment arm as a share of it [-]
     value: FloatArray
     # (n,) half width of its 95 % band; infinite where the data do not show the curve
     reach: FloatArray
+    joint: str = ""  # over whose position or speed it runs
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EvenPlace:
-    """A place whose curves all run from one end to the other in even steps."""
+    """A place whose curves have control values that are spread evenly over what was visited."""
 
     acts_at: str  # as of its curves
+    joint: str = ""  # as of its curves
     ends_at: str  # beginning of the names of the parameters of the ends
-    low: float  # end of what was visited
-    high: float  # other end
+    at: FloatArray  # (n,) what its curves are written over, from one end to the other
+    along: FloatArray  # (n,) what the parameters have them run over there, in its units
     fields: Mapping[Kind, str]  # kind of curve -> beginning of the names of its control values
     count: int  # control values of each curve
 
@@ -95,7 +103,8 @@ class EvenPlace:
         """Parameters of the ends that its curves share."""
         if not set(kinds) & self.fields.keys():
             return {}
-        return {f"{self.ends_at}low": self.low, f"{self.ends_at}high": self.high}
+        low, high = float(self.along.min()), float(self.along.max())
+        return {f"{self.ends_at}low": low, f"{self.ends_at}high": high}
 
     def controls(self, kind: Kind) -> Sequence[str]:
         """Names of the control values of a curve."""
@@ -106,21 +115,31 @@ class EvenPlace:
         self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
     ) -> Iterator[Curve]:
         """The learned curves as sums of their control values."""
-        at = np.linspace(self.low, self.high, POINTS)
-        of_each = shares(at, self.low, self.high, self.count)
+        of_each = shares(self.along, float(self.along.min()), float(self.along.max()), self.count)
         for kind in (one for one in kinds if one in self.fields):
             names = self.controls(kind)
             yield Curve(
                 kind=kind,
                 acts_at=self.acts_at,
-                at=at,
+                joint=self.joint,
+                at=self.at,
                 value=of_each @ [values[name] for name in names],
                 reach=errors.reach(dict(zip(names, of_each.T, strict=True))),
             )
 
 
-_CONTROLS = {Kind.POSITION: ("force_", LENGTH), Kind.RATE: ("drag_", SPEED)}
+_CONTROLS = {
+    Kind.POSITION: ("force_", LENGTH),
+    Kind.RATE: ("drag_", SPEED),
+    Kind.FRICTION: ("rub_", RUB),
+}
 """Beginning of the names of the control forces of a curve on a joint, and how many there are."""
+
+RUB_SPEED = "learned.rub_speed"
+SLOWEST, TURN, FASTEST = 0.005, 0.05, 0.5
+"""Share of the fastest visited speed within which a learned dry friction is built up: least, first
+and largest one. Faster turns are not seen in measured positions, and slower ones are a curve over
+the speed."""
 
 
 @dataclass(frozen=True)
@@ -142,9 +161,15 @@ class JointPlace:
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends of its curves, of what was visited [SI]."""
         slowest, fastest = sorted(self.middle * one for one in self.rates)
+        shortest, longest = float(self.length.min()), float(self.length.max())
         values = {
-            Kind.POSITION: {"low": float(self.length.min()), "high": float(self.length.max())},
+            Kind.POSITION: {"low": shortest, "high": longest},
             Kind.RATE: {"slowest": slowest, "fastest": fastest},
+            Kind.FRICTION: {
+                "rub_low": shortest,
+                "rub_high": longest,
+                "rub_speed": TURN * max(-slowest, fastest),
+            },
         }
         return {
             f"{self.muscle}:learned.{name}": value
@@ -163,22 +188,23 @@ class JointPlace:
     ) -> Iterator[Curve]:
         """The learned curves as torques on the joint.
 
-        They are sums of the control forces. A constant may lie in either curve. Where there are
-        two, the one over speed is 0 at rest.
+        They are sums of the control forces. A constant may lie in the curve over position or in
+        that over speed. Where there are both, the one over speed is 0 at rest.
         """
-        own = [kind for kind in kinds if kind in _CONTROLS]
-        visited = {Kind.POSITION: self.at, Kind.RATE: np.linspace(*self.rates, POINTS)}
-        at_rest = self._columns(Kind.RATE, np.zeros(1)) if len(own) == 2 else {}
-        for kind in own:
-            columns = self._columns(kind, visited[kind])
+        both = {Kind.POSITION, Kind.RATE} <= set(kinds)
+        at_rest = self._columns(Kind.RATE, np.zeros(1)) if both else {}
+        for kind in (one for one in kinds if one in _CONTROLS):
+            at = np.linspace(*self.rates, POINTS) if kind is Kind.RATE else self.at
+            columns = self._columns(kind, at)
             if kind is Kind.RATE:
                 columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
-            else:
+            elif kind is Kind.POSITION:
                 columns |= {n: self.arm / self.middle * torque for n, torque in at_rest.items()}
             yield Curve(
                 kind=kind,
                 acts_at=self.joint,
-                at=visited[kind],
+                joint=self.joint,
+                at=at,
                 value=sum((values[n] * column for n, column in columns.items()), np.zeros(POINTS)),
                 reach=errors.reach(columns),
             )
@@ -186,21 +212,26 @@ class JointPlace:
     def _columns(self, kind: Kind, at: FloatArray) -> dict[str, FloatArray]:
         """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
         along, arm, names = self.middle * at, self.middle, self.controls(kind)
-        if kind is Kind.POSITION:
+        if kind is not Kind.RATE:
             along, arm = (np.interp(at, self.at, of) for of in (self.length, self.arm))
-        # A force against lengthening pulls the joint to where the tendon is shorter.
-        low, high = self.ends((kind,)).values()
+        # A force against lengthening pulls the joint to where the tendon is shorter; that against
+        # the motion does either way.
+        pulled = np.abs(arm) if kind is Kind.FRICTION else -arm
+        low, high, *_ = self.ends((kind,)).values()
         of_each = shares(along, low, high, len(names))
-        return dict(zip(names, (-arm * of_each.T), strict=True))
+        return dict(zip(names, (pulled * of_each.T), strict=True))
 
 
 Place = EvenPlace | JointPlace
-"""Something of which curves are learned: a joint, its sensor, the muscles or their valves."""
+"""Something of which curves are learned: joint, sensor, tendon, muscles or their valves."""
 
 
-def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
-    """Each joint that moves freely, with a tendon over it alone that has no curve yet."""
-    found: list[JointPlace] = []
+def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[Place]:
+    """Each joint that moves freely with a tendon over it alone, and each such tendon.
+
+    Those that have a curve already are left out.
+    """
+    found: list[Place] = []
     for j, joint in enumerate(rig.joints):
         read, seen = _readings(rig, joint, trials)
         if not seen:
@@ -213,17 +244,31 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[JointPlace]:
         over = np.abs(arms).max(axis=0) > 0.0
         alone = [
             (m, name)
-            for m, (name, muscle) in enumerate(rig.muscles.items())
-            if over[m, j] and np.count_nonzero(over[m]) == 1 and not learns(muscle.learned)
+            for m, name in enumerate(rig.muscles)
+            if over[m, j] and np.count_nonzero(over[m]) == 1
         ]
-        for m, name in alone[:1]:
+        lengths = tendon_lengths(rig, poses)
+        found += [
+            EvenPlace(
+                acts_at=name,
+                joint=joint,
+                ends_at=f"{name}:{_ARM}",
+                at=at,
+                along=lengths[:, m],
+                fields={Kind.ARM: f"{name}:{_ARM}"},
+                count=ARMS,
+            )
+            for m, name in alone
+            if not learns_arm(rig.muscles[name].chain)
+        ]
+        for m, name in [one for one in alone if not learns(rig.muscles[one[1]].learned)][:1]:
             found.append(
                 JointPlace(
                     joint=joint,
                     muscle=name,
                     at=at,
                     rates=_between(rates, _RATES),
-                    length=tendon_lengths(rig, poses)[:, m],
+                    length=lengths[:, m],
                     arm=arms[:, m, j],
                 )
             )
@@ -257,7 +302,7 @@ def sensor_place(rig: Rig, trials: Sequence[Trial]) -> EvenPlace | None:
     (joint,) = rig.joints
     read, _ = _readings(rig, joint, trials)
     ends = _between(read) if read else (0.0, 0.0)
-    return _even(joint, _SENSOR, ends, {Kind.READING: _SENSOR}, READINGS)
+    return _even(joint, _SENSOR, ends, {Kind.READING: _SENSOR}, READINGS, joint)
 
 
 def muscle_place(rig: Rig, trials: Sequence[Trial]) -> EvenPlace | None:
@@ -324,8 +369,22 @@ def _openings(trial: Trial) -> Iterator[float]:
 
 
 def _even(
-    acts_at: str, ends_at: str, ends: tuple[float, float], fields: Mapping[Kind, str], count: int
+    acts_at: str,
+    ends_at: str,
+    ends: tuple[float, float],
+    fields: Mapping[Kind, str],
+    count: int,
+    joint: str = "",
 ) -> EvenPlace | None:
     """A place with its fields; None where nothing was visited."""
-    low, high = ends
-    return EvenPlace(acts_at, ends_at, low, high, fields, count) if high > low else None
+    at = np.linspace(*ends, POINTS)
+    place = EvenPlace(
+        acts_at=acts_at,
+        joint=joint,
+        ends_at=ends_at,
+        at=at,
+        along=at,
+        fields=fields,
+        count=count,
+    )
+    return place if at[-1] > at[0] else None

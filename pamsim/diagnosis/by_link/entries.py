@@ -239,7 +239,7 @@ def _fitted_in(found: LinkDiagnosis, model: LinkModel, link: Link) -> LinkModel:
     """The model, or another one where that has left a link as the rig states it."""
     shape = found.shape
     if shape is not None and model is shape.model:
-        return model if link in shape.links else found.model
+        return model if link in shape.links else shape.rest
     return model if any(link in one.links for one in found.effects) else found.base
 
 

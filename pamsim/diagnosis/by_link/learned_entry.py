@@ -62,6 +62,8 @@ class LearnedEntry:
     before: float  # mean square that is left there without all curves, in the variance of the noise
     after: float  # the same with them
     p_value: float  # of curves that predict no better
+    # What other curves, in place of all that were learned, predict no worse for certain
+    tied: tuple[str, ...] = ()
 
     @json_property
     def over(self) -> str:
@@ -130,6 +132,7 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
                 before=shape.before,
                 after=shape.after,
                 p_value=shape.p_value,
+                tied=tuple(" and ".join(kinds) for kinds in shape.tied),
             )
         )
     return tuple(found)
@@ -143,10 +146,12 @@ def _units(rig: Rig, curve: Curve) -> tuple[str, float, str, float]:
         return "%", 100.0, "N", 1.0
     if curve.kind is Kind.FLOW:
         return "%", 100.0, "%", 100.0
-    turns = rig.joints[curve.acts_at] == "angle"
+    turns = rig.joints[curve.joint] == "angle"
     at, scale, torque = ("deg", DEG_PER_RAD, "N*m") if turns else ("m", 1.0, "N")
     if curve.kind is Kind.READING:
         return at, scale, at, scale
+    if curve.kind is Kind.ARM:
+        return at, scale, "%", 100.0
     return f"{at}/s" if curve.kind is Kind.RATE else at, scale, torque, 1.0
 
 
@@ -155,10 +160,14 @@ def properties(curve: Curve) -> tuple[str, ...]:
 
     Over speed it may be ``passive``: it brakes somewhere and drives nowhere for certain; and
     ``odd``: as large in both directions. Over position it may be ``restoring``: it falls somewhere
-    and grows nowhere for certain. No curve over position takes or gives work in a closed cycle, nor
-    does one over the contraction: what a muscle gives with pressure, its air has done.
+    and grows nowhere for certain. No torque over position takes or gives work in a closed cycle,
+    nor does a moment arm or a curve over the contraction: what a muscle gives with pressure, its
+    air has done. A dry friction is passive if it is somewhere above zero for certain and nowhere
+    below.
     """
     at, torque, reach = curve.at, curve.value, curve.reach
+    if curve.kind is Kind.FRICTION:
+        return ("passive",) if _only_below(-torque, reach) else ()
     if curve.kind not in (Kind.POSITION, Kind.RATE):
         return ()
     if curve.kind is Kind.POSITION:
@@ -182,8 +191,8 @@ def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dic
 
     It is ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
     or ``dry`` over speed; ``constant``, ``line`` or ``bump`` over contraction or opening;
-    ``constant``, ``line`` or ``ripple`` of a sensor's error; empty if none follows. Places (n,) are
-    evenly spread.
+    ``constant``, ``line`` or ``ripple`` of a sensor's error; ``constant``, ``line`` or ``bump`` of
+    dry friction and a moment arm; empty if none follows. Places (n,) are evenly spread.
 
     Its numbers are in the curve's units: ``value``, ``stiffness``, where a stop begins (``begin``)
     and whether above (``side`` 1) or below (-1), ``amplitude`` and ``period``, ``damping``,
@@ -261,5 +270,7 @@ _FORMS = {
     Kind.UNPRESSED: _smooth,
     Kind.READING: _of_reading,
     Kind.FLOW: _smooth,
+    Kind.FRICTION: _smooth,
+    Kind.ARM: _smooth,
 }
 """Kind of curve -> forms that may follow it."""

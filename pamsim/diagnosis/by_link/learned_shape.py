@@ -1,15 +1,16 @@
 """What has no name gets a shape: a torque, tension, sensor's error or flow, learned from data.
 
 Where more than noise is left and no effect tried explains it, curves without a formula stand in:
-forces along a tendon over its length and its speed (`pamsim.physics.learned`), tensions over the
-contraction with pressure and without (`pamsim.physics.learned_tension`), an error of the joint's
-sensor over the position (`pamsim.recordings.sensors`), and a change of the valves' flow over their
-opening (`pamsim.physics.valves`). They are fitted through the simulator as the effects are, and
-judged as an effect is, on units that no fit has seen. A braid that locks is a torque over the
-position, too: nuisance parameters keep what the rig states, and are refitted only where more than
-noise is left and the curves then predict better. A curve is a description, never a name. Without
-load cells a tension over the contraction without pressure hardly differs from a torque over the
-joint's position: which of them it is stays open.
+forces along a tendon over its length and its speed and a dry friction that differs from length to
+length (`pamsim.physics.learned`), tensions over the contraction with pressure and without
+(`pamsim.physics.learned_tension`), a change of the moment arm over the position
+(`pamsim.physics.chain`), an error of the joint's sensor over it (`pamsim.recordings.sensors`), and
+a change of the valves' flow over their opening (`pamsim.physics.valves`). They are fitted through
+the simulator as the effects are, and judged as an effect is, on units that no fit has seen. A braid
+that locks is a torque over the position, too: nuisance parameters keep what the rig states, and are
+refitted only where more than noise is left and the curves then predict better. A curve is a
+description, never a name. Without load cells a tension over the contraction without pressure hardly
+differs from a torque over the joint's position: which of them it is stays open.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.curve_places import (
+    FASTEST,
+    RUB_SPEED,
+    SLOWEST,
+    TURN,
     Curve,
     Kind,
     Place,
@@ -51,10 +56,12 @@ _TYPICAL = {
     Kind.UNPRESSED: 5.0,
     Kind.READING: 5e-3,
     Kind.FLOW: 0.1,
+    Kind.FRICTION: 5.0,
+    Kind.ARM: 0.05,
 }
-"""Control value by which steps of fits are scaled, a force [N] that changes the readings of a small
-arm, the area [m^2] on which 3 bar make that force, an error of some tenths of a degree [rad], or a
-tenth of the flow [-]."""
+"""Control value by which steps of fits are scaled: a force [N] that changes the readings of a small
+arm, the area [m^2] on which 3 bar make that force, an error of some tenths of a degree [rad], a
+tenth of the flow, the force again, or a twentieth of the arm [-]."""
 _MOST = 400.0  # largest control value that is sought, in typical ones
 
 
@@ -66,11 +73,14 @@ class LearnedShape:
     curves: tuple[Curve, ...]
     links: tuple[Link, ...]  # whose outputs they change
     model: LinkModel  # with the curves, as fitted
+    rest: LinkModel  # the same without them, which stands for the other links
     values: Mapping[str, float]  # rig parameters of the curves, their ends among them [SI]
     # Mean square that is left in these links without them, in the judged units; 1 is noise
     before: float
     after: float  # the same with them
     p_value: float  # of curves that predict no better
+    # Kinds of other curves that predict the same units no worse for certain
+    tied: tuple[tuple[Kind, ...], ...] = ()
 
 
 def learned_shape(
@@ -97,7 +107,8 @@ def learned_shape(
     ]
     if not possible:
         return None
-    with_ends = rig.with_parameters(_ends(places, possible))
+    stated = _ends(places, possible)
+    with_ends = rig.with_parameters(stated)
     simulator, units = links_of(with_ends)
     fitter = LinkFitter(simulator, nuisance, units)
     own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
@@ -108,13 +119,14 @@ def learned_shape(
     )
     shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in possible}
     unseen, best, found, learned_over = HeldOut(fitter, seed=seed), rest, None, ()
+    tied: tuple[tuple[Kind, ...], ...] = ()
     as_stated = LinkFitter(simulator, (), units)
     used = fitter
 
     def fitted(by: LinkFitter, kinds: Sequence[Kind]) -> LinkModel | None:
         # From no curve: what a large effect promises to first order is far off.
         chosen = [shapes[kind] for kind in kinds]
-        start = {p.name: 0.0 for shape in chosen for p in shape.parameters}
+        start = {p.name: stated.get(p.name, 0.0) for shape in chosen for p in shape.parameters}
         return by.fit(begin, (*begin.effects, *chosen), start, around(kinds))
 
     def around(kinds: Collection[Kind]) -> frozenset[Link]:
@@ -127,7 +139,7 @@ def learned_shape(
         return any(left[link].counts for link in around(kinds))
 
     # One curve first: where it leaves something, two must predict better.
-    for offers in _promised(fitter, begin, shapes, around(possible)):
+    for offers in _promised(fitter, begin, shapes, stated, around(possible)):
         fits = [(fit, kinds) for kinds in offers if (fit := fitted(as_stated, kinds)) is not None]
         if not fits:
             break
@@ -140,7 +152,15 @@ def learned_shape(
                 used, best, found, learned_over = one, fit, found or better, kinds
             if not something_left(kinds):
                 break
-        if learned_over != kinds or not something_left(possible):
+        if learned_over != kinds:
+            break
+        tied = tuple(
+            others
+            for fit, others in fits
+            if others != kinds
+            and not unseen.better(nearest, fit, around({*kinds, *others})).certain
+        )
+        if not something_left(possible):
             break
     if found is None:
         return None
@@ -156,10 +176,12 @@ def learned_shape(
         ),
         links=tuple(sorted(seen, key=lambda link: link.order)),
         model=best,
+        rest=rest,
         values=_ends(places, learned_over) | controls,
         before=before,
         after=after,
         p_value=found.p_value,
+        tied=tied,
     )
 
 
@@ -173,8 +195,12 @@ def _ends(places: Sequence[Place], kinds: Collection[Kind]) -> dict[str, float]:
 
 
 def _effect(places: Sequence[Place], kind: Kind) -> Effect:
-    """The control values of a kind of curve, at all places, as an effect to fit."""
+    """The control values of a kind of curve, at all places, as an effect to fit.
+
+    So is the speed in which a dry friction is built up.
+    """
     typical = _TYPICAL[kind]
+    speeds = {n: one for n, one in _ends(places, (kind,)).items() if n.endswith(RUB_SPEED)}
     return Effect(
         name=f"learned_{kind.name.lower()}",
         family="unnamed",
@@ -185,6 +211,10 @@ def _effect(places: Sequence[Place], kind: Kind) -> Effect:
             size(name, typical, -_MOST * typical, _MOST * typical)
             for place in places
             for name in place.controls(kind)
+        )
+        + tuple(
+            size(name, speed, SLOWEST / TURN * speed, FASTEST / TURN * speed)
+            for name, speed in speeds.items()
         ),
     )
 
@@ -193,15 +223,17 @@ def _promised(
     fitter: LinkFitter,
     begin: LinkModel,
     shapes: Mapping[Kind, Candidate],
+    stated: Mapping[str, float],
     links: frozenset[Link],
 ) -> Iterator[list[tuple[Kind, ...]]]:
     """Kinds of curves that are worth a fit.
 
-    Single ones come first, then pairs, as long as they promise more. Every control value costs what
-    a parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
-    promised: the locking of both muscles' braids is a torque over the position, too.
+    Single ones come first, then pairs, as long as they promise more than the best single one. Every
+    control value costs what a parameter of an effect does (`LinkModel.criterion`). What nuisance
+    parameters can take is not promised: the locking of both muscles' braids is a torque over the
+    position, too.
     """
-    none = {p.name: 0.0 for shape in shapes.values() for p in shape.parameters}
+    none = {p.name: stated.get(p.name, 0.0) for shape in shapes.values() for p in shape.parameters}
     both = replace(
         begin, effects=(*begin.effects, *shapes.values()), values={**begin.values, **none}
     )
@@ -216,15 +248,15 @@ def _promised(
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
         return float(np.sum((left + own @ share) ** 2)) + len(names) * cost
 
-    nothing = least = float(left @ left)
+    least = float(left @ left)
     for count in (1, 2):
         promised = {kinds: left_by(kinds) for kinds in combinations(shapes, count)}
         best = min(promised.values(), default=least)
         if best >= least:
             return
-        least = best
         # Promises are of first order, so that the nearest kind need not promise most.
-        worth = nothing - WORTH * (nothing - best)
+        worth = least - WORTH * (least - best)
+        least = best
         yield [kinds for kinds, after in promised.items() if after <= worth]
 
 

@@ -31,9 +31,17 @@ def variants(law: str, loop: str) -> Muscle:
         muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02, hysteresis=0.05,
         learned_low=-1.0, learned_high=0.9, learned_2=0.3, learned_5=-0.4, learned_8=0.2,
     )  # fmt: skip
+    chain = dataclasses.replace(
+        muscle.chain, learned_low=0.1, learned_high=0.3, learned_3=0.1, learned_6=-0.08
+    )
+    learned = dataclasses.replace(
+        muscle.learned, rub_low=0.1, rub_high=0.3, rub_speed=0.02, rub_2=4.0, rub_5=7.0
+    )
     return dataclasses.replace(
         muscle,
         valve=valve,
+        chain=chain,
+        learned=learned,
         chamber=dataclasses.replace(muscle.chamber, heat_rate=3.0),
         first_stroke=FirstStroke(force=12.0, travel=0.02),
         softening=Softening(share=0.1, time=0.5),

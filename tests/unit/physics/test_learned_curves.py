@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force, learns
+from pamsim.physics.chain import CONTROLS as ARMS
+from pamsim.physics.chain import Chain, chain_length, chain_ratio
+from pamsim.physics.friction import Friction
+from pamsim.physics.learned import LENGTH, RUB, SPEED, Learned, learned_force, learns
 from pamsim.physics.learned_tension import (
     CONTROLS,
     LearnedTension,
@@ -15,13 +18,16 @@ from pamsim.physics.learned_tension import (
     learned_work,
     learns_tension,
 )
-from pamsim.physics.record import view
+from pamsim.physics.record import pack, view
 from pamsim.physics.spline import curve_of_8, shares
 from pamsim.physics.static_muscle import static_force, static_volume, volume_and_slope, work_ratio
+from tests.unit.physics.flat import kernel
+from tests.unit.physics.muscles import charged, make
 from tests.unit.physics.splines import by_scipy
 
 RNG = np.random.default_rng(4)
 FORCES, DRAGS = RNG.normal(size=LENGTH) * 20.0, RNG.normal(size=SPEED) * 5.0
+RUBS, SHARES = np.abs(RNG.normal(size=RUB)) * 5.0, RNG.normal(size=ARMS) * 0.1
 AREAS, PULLS = RNG.normal(size=CONTROLS) * 2e-5, RNG.normal(size=CONTROLS) * 20.0
 
 
@@ -64,8 +70,58 @@ def test_without_ends_there_is_no_curve():
     assert learned_force(Learned(force_3=10.0, drag_3=10.0), 0.18, 0.1) == 0.0
     assert learns(Learned(low=0.1, high=0.2))
     assert learns(Learned(slowest=-0.1, fastest=0.1))
+    assert learned_force(Learned(rub_3=10.0), 0.18, 0.1) == 0.0
+    assert learns(Learned(rub_low=0.1, rub_high=0.2))
+    assert chain_length(Chain(learned_3=0.1), 0.18) == 0.18
+    assert chain_ratio(Chain(learned_3=0.1), 0.18) == 1.0
     assert not learns_tension(LearnedTension(area_3=1e-5))
     assert learns_tension(LearnedTension(low=-0.1, high=0.1))
+
+
+def test_a_learned_dry_friction_is_against_the_motion_and_full_above_its_speed():
+    friction = Learned(rub_low=0.16, rub_high=0.2, rub_speed=2e-3, **numbered(rub=RUBS))
+    for x in np.linspace(0.15, 0.21, 23).tolist():
+        full = float(by_scipy(RUBS, (0.16, 0.2), np.clip(x, 0.16, 0.2)))
+        assert learned_force(friction, x, 1.0) == pytest.approx(full)
+        assert learned_force(friction, x, -1.0) == pytest.approx(-full)
+        assert learned_force(friction, x, 2e-3) == pytest.approx(full * np.tanh(1.0))
+        assert learned_force(friction, x, 0.0) == 0.0
+
+
+def test_a_learned_friction_that_is_nowhere_negative_takes_work_in_every_cycle():
+    friction = Learned(rub_low=0.16, rub_high=0.2, rub_speed=2e-3, **numbered(rub=RUBS))
+    time = np.linspace(0.0, 1.0, 2001)
+    for _ in range(50):
+        turns = RNG.integers(1, 9, size=3)
+        swing = np.sin(2.0 * np.pi * np.outer(time, turns) + RNG.uniform(0.0, 7.0, size=3))
+        length = 0.18 + swing @ RNG.uniform(0.0, 0.01, size=3)
+        speed = np.gradient(length, time)
+        force = [learned_force(friction, x, v) for x, v in zip(length, speed, strict=True)]
+        assert np.trapezoid(np.array(force) * speed, time) > 0.0
+
+
+CAM = Chain(learned_low=-0.01, learned_high=0.012, **numbered(learned=SHARES))
+
+
+def test_a_learned_arm_is_scipy_s_splines_and_its_travel_the_integral():
+    for x in np.linspace(-0.02, 0.02, 41).tolist():
+        share = float(by_scipy(SHARES, (-0.01, 0.012), np.clip(x, -0.01, 0.012)))
+        assert chain_ratio(CAM, x) == pytest.approx(1.0 + share)
+        near = chain_length(CAM, x + 1e-7) - chain_length(CAM, x - 1e-7)
+        assert near / 2e-7 == pytest.approx(1.0 + share, abs=1e-5)
+    assert chain_length(CAM, 0.0) == 0.0
+
+
+def test_a_cam_loses_no_work_between_muscle_and_tendon():
+    """The tendon's force times its speed is the muscle's times its own."""
+    muscle = make("six_parameter", chain=CAM, friction=Friction())
+    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
+    for x in (0.19, 0.192, 0.2):
+        pull, ratio = kernel.tension(row, act, x), chain_ratio(CAM, x)
+        assert pull > 10.0
+        assert abs(ratio - 1.0) > 0.01
+        outside = kernel.tendon_force(row, act, pull, x, 0.0, 5e-4)
+        assert outside == pytest.approx(ratio * pull, rel=1e-9)
 
 
 ENDS = (-0.02, 0.12)

@@ -8,6 +8,7 @@ from pamsim.comparison.links import MUSCLE, VALVES
 from pamsim.diagnosis.by_link.curve_places import (
     ALL_VALVES,
     MUSCLES,
+    JointPlace,
     Kind,
     joint_places,
     muscle_place,
@@ -15,6 +16,7 @@ from pamsim.diagnosis.by_link.curve_places import (
     valve_place,
 )
 from pamsim.engine.equilibrium import moment_arms
+from pamsim.physics.chain import chain_ratio
 from pamsim.physics.learned import learned_force
 from pamsim.physics.learned_tension import learned_area, learned_pull
 from pamsim.physics.valves import flow_share
@@ -52,6 +54,16 @@ def swung(rig):
     return [recorded(**{rig.names.joint_channel(joint): SWUNG for joint in rig.joints})]
 
 
+def shafts(rig):
+    """Places of the joints themselves."""
+    return [one for one in joint_places(rig, swung(rig)) if isinstance(one, JointPlace)]
+
+
+def tendons(rig):
+    """Places of the tendons over the joints."""
+    return [one for one in joint_places(rig, swung(rig)) if not isinstance(one, JointPlace)]
+
+
 def own_kinds(place):
     return [kind for kind in Kind if place.controls(kind)]
 
@@ -62,20 +74,20 @@ def arm():
 
 
 def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone(arm):
-    (shaft,) = joint_places(arm, swung(arm))
+    (shaft,) = shafts(arm)
     assert (shaft.joint, shaft.muscle) == ("shaft", "muscle_1")
     assert shaft.length == pytest.approx(shaft.middle * shaft.at)
     assert shaft.rates == pytest.approx((-0.3, 0.3), rel=0.02)
     ends = shaft.ends(Kind)
     # A curve that was learned before stays; the other muscle's tendon may have one.
-    (other,) = joint_places(arm.with_parameters(ends), swung(arm))
+    (other,) = shafts(arm.with_parameters(ends))
     assert other.muscle == "muscle_2"
     assert ends["muscle_1:learned.low"] == pytest.approx(-ends["muscle_1:learned.high"], rel=1e-3)
     assert ends["muscle_1:learned.high"] == pytest.approx(0.3 * abs(shaft.middle), rel=0.01)
 
 
 def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_force(arm):
-    (shaft,) = joint_places(arm, swung(arm))
+    (shaft,) = shafts(arm)
     forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 25)}
     drags = {f"muscle_1:learned.drag_{k}": 5.0 - k for k in range(1, 9)}
     group = arm.with_parameters({**shaft.ends(Kind), **forces, **drags}).muscles["muscle_1"].learned
@@ -95,19 +107,49 @@ def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_f
     assert 0.6 * single.reach[0] < single.reach[30] < 0.8 * single.reach[0]
 
 
+def test_a_learned_friction_is_a_torque_against_the_motion_of_the_joint(arm):
+    (shaft,) = shafts(arm)
+    rubs = {f"muscle_1:learned.rub_{k}": 3.0 * k**1.5 for k in range(1, 9)}
+    ends = shaft.ends([Kind.FRICTION])
+    group = arm.with_parameters({**ends, **rubs}).muscles["muscle_1"].learned
+    assert group.rub_speed == pytest.approx(0.05 * 0.3 * abs(shaft.middle), rel=0.02)
+    (curve,) = shaft.curves([Kind.FRICTION], rubs, KnownErrors())
+    full = np.array([learned_force(group, length, 9.0) for length in shaft.length])
+    assert curve.value == pytest.approx(np.abs(shaft.arm) * full)
+    assert curve.value.min() > 0.0
+    assert curve.acts_at == curve.joint == "shaft"
+
+
+def test_a_change_of_the_arm_is_a_share_of_it_for_each_tendon_over_the_position_of_its_joint(arm):
+    both = tendons(arm)
+    assert [one.acts_at for one in both] == ["muscle_1", "muscle_2"]
+    for one in both:
+        assert own_kinds(one) == [Kind.ARM]
+        assert one.ends([Kind.POSITION]) == {}
+        values = {name: 0.01 * k for k, name in enumerate(one.controls(Kind.ARM))}
+        there = arm.with_parameters({**one.ends([Kind.ARM]), **values})
+        (curve,) = one.curves([Kind.ARM, Kind.RATE], values, KnownErrors())
+        chain = there.muscles[one.acts_at].chain
+        ratios = [chain_ratio(chain, x) for x in one.along.tolist()]
+        assert curve.value == pytest.approx(np.array(ratios) - 1.0)
+        assert (curve.joint, curve.at[0]) == ("shaft", pytest.approx(SWUNG.min(), rel=1e-3))
+        assert np.ptp(curve.value) == pytest.approx(0.07)
+        assert one.acts_at not in [left.acts_at for left in tendons(there)]
+
+
 def test_the_range_is_that_of_all_muscles_against_their_free_lengths(arm):
     rig = arm.with_parameters({"braid.extensibility": 2e-8})
     still = muscle_place(rig, [recorded(angle=SWING)])
     arms = moment_arms(rig, rig.model.qpos0)[:, 0]
     nominal = rig.muscles["muscle_1"].braided.nominal_length
     # Where both muscles are mounted in the same way, what shortens one muscle lengthens the other.
-    assert still.high - still.low == pytest.approx(np.ptp(arms) * 0.3 / nominal, rel=0.01)
+    assert np.ptp(still.at) == pytest.approx(np.ptp(arms) * 0.3 / nominal, rel=0.01)
     filled = muscle_place(
         rig, [recorded(angle=SWING, pressure_1=0.0 * TIME + 3e5, pressure_2=0.0 * TIME + 3e5)]
     )
     longer = 1.0 + 2e-8 * 3e5
-    assert filled.low == pytest.approx(1.0 - (1.0 - still.low) / longer)
-    assert filled.high == pytest.approx(1.0 - (1.0 - still.high) / longer)
+    assert filled.at[0] == pytest.approx(1.0 - (1.0 - still.at[0]) / longer)
+    assert filled.at[-1] == pytest.approx(1.0 - (1.0 - still.at[-1]) / longer)
     assert muscle_place(rig, [recorded(pressure_1=0.0 * TIME)]) is None
     learned = rig.with_parameters({"learned_tension.high": 0.05})
     assert muscle_place(learned, [recorded(angle=SWING)]) is None
@@ -128,7 +170,7 @@ def test_tensions_are_curves_of_the_muscles_alone_with_their_control_values(arm)
     own = learned.learned_tension
     assert pressed.value == pytest.approx([learned_area(own, x) for x in pressed.at.tolist()])
     assert unpressed.value == pytest.approx([learned_pull(own, x) for x in unpressed.at.tolist()])
-    assert (pressed.at[0], pressed.at[-1]) == (place.low, place.high)
+    assert pressed.at == pytest.approx(place.at)
     assert unpressed.reach[0] == pytest.approx(1.0)
 
 
@@ -152,11 +194,11 @@ def test_an_error_of_a_sensor_runs_over_what_was_read_and_is_what_the_sensor_add
 
 def test_a_change_of_the_flow_runs_over_the_openings_commanded_or_all_of_a_regulator(arm):
     opened = valve_place(arm, [recorded("valve")])
-    assert (opened.low, opened.high) == pytest.approx((-0.7, 0.7), abs=1e-3)
+    assert (opened.at[0], opened.at[-1]) == pytest.approx((-0.7, 0.7), abs=1e-3)
     beyond = valve_place(arm, [recorded("valve", 9.0 * OPENED)])
-    assert (beyond.low, beyond.high) == (-1.0, 1.0)
+    assert (beyond.at[0], beyond.at[-1]) == (-1.0, 1.0)
     regulated = valve_place(arm, [recorded("valve"), recorded("pressure_set", 1e5 + OPENED)])
-    assert (regulated.low, regulated.high) == (-1.0, 1.0)
+    assert (regulated.at[0], regulated.at[-1]) == (-1.0, 1.0)
     for shut in ("pulse", "measured"):
         assert valve_place(arm, [recorded(shut)]) is None
     assert valve_place(arm, [recorded("valve"), recorded("pulse")]) is None

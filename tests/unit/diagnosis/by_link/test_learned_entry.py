@@ -35,6 +35,12 @@ CURVES = {
         4e-3 * np.sin(14.0 * AT + 0.7),
         {"amplitude": 4e-3, "period": 2.0 * np.pi / 14.0},
     ),
+    "bump of the arm": (
+        Kind.ARM,
+        0.1 * np.exp(-0.5 * ((AT + 0.1) / 0.15) ** 2),
+        {"height": 0.1, "middle": -0.1, "width": 0.3},
+    ),
+    "constant of dry friction": (Kind.FRICTION, np.full_like(AT, 0.3), {"value": 0.3}),
     "line of the flow": (Kind.FLOW, 0.1 - 0.4 * AT, {"slope": -0.4}),
     "bump": (
         Kind.PRESSED,
@@ -80,7 +86,11 @@ def test_a_curve_obeys_what_its_band_does_not_contradict():
     assert holds(Kind.POSITION, -spring, 0.01) == ()
     assert holds(Kind.POSITION, CURVES["ripple"][1], 0.01) == ()
     assert holds(Kind.UNPRESSED, spring, 0.01) == holds(Kind.READING, spring, 0.01) == ()
-    assert holds(Kind.FLOW, spring, 0.01) == ()
+    assert holds(Kind.FLOW, spring, 0.01) == holds(Kind.ARM, spring, 0.01) == ()
+    patch = CURVES["bump of the arm"][1]
+    assert holds(Kind.FRICTION, patch, 0.01) == ("passive",)
+    assert holds(Kind.FRICTION, patch - 0.05, 0.01) == ()  # it drives where there is no patch
+    assert holds(Kind.FRICTION, patch, 1.0) == ()
     for kind, torque in ((Kind.RATE, viscous), (Kind.POSITION, spring)):
         assert "passive" not in holds(kind, torque, 1.0)  # nothing is known
         assert "restoring" not in holds(kind, torque, 1.0)
@@ -92,6 +102,7 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
             Curve(
                 kind=kind,
                 acts_at=MUSCLES if "tension" in kind else "shaft",
+                joint="" if kind.over == "contraction" else "shaft",
                 at=AT,
                 value=value,
                 reach=np.full_like(AT, 0.01),
@@ -100,6 +111,7 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
         ),
         links=(Link(parts=(MUSCLE, JOINT)),),
         model=None,
+        rest=None,
         values={},
         before=4.0,
         after=1.05,
@@ -127,6 +139,10 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert (flow.at_unit, flow.unit) == ("%", "%")
     assert flow.value == pytest.approx(10.0 - 40.0 * AT)
     assert flow.numbers["slope"] == pytest.approx(-0.4)
+    arm, friction = entries["bump of the arm"], entries["constant of dry friction"]
+    assert (arm.at_unit, arm.unit, friction.at_unit, friction.unit) == ("deg", "%", "deg", "N*m")
+    assert arm.numbers["height"] == pytest.approx(10.0, rel=0.1)
+    assert arm.numbers["middle"] == pytest.approx(math.degrees(-0.1), rel=0.1)
     reading = entries["ripple of a reading"]
     assert (reading.at_unit, reading.unit) == ("deg", "deg")
     ripple = {"amplitude": math.degrees(4e-3), "period": 360.0 / 14.0}
