@@ -226,19 +226,19 @@ def planned(seed: int) -> str:
             return f"{one}+{other}"
 
 
-def run_one(drawn: str, name: str, seed: int) -> dict[str, Any]:
-    """Record a case of a rig and diagnose it."""
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
+    """Record a case of a rig, in which what `planned` says is hidden, and diagnose it."""
     rng = np.random.default_rng((seed, 61))
-    kinds = drawn.split("+") if drawn else []
-    fields = {kind: hidden_fields(kind, rng) for kind in kinds if kind in HIDDEN}
-    effects = {kind: spread(rng, 0.5, 2.0) for kind in kinds if kind not in HIDDEN}
-    for kind, own in fields.items():
-        PLANT_EFFECTS[f"hidden_{kind}"] = PlantEffect(
-            name=f"hidden_{kind}", formulation=kind, unit="1", typical=1.0, **where(kind, own)
+    kinds = kind.split("+") if kind else []
+    fields = {one: hidden_fields(one, rng) for one in kinds if one in HIDDEN}
+    effects = {one: spread(rng, 0.5, 2.0) for one in kinds if one not in HIDDEN}
+    for one, own in fields.items():
+        PLANT_EFFECTS[f"hidden_{one}"] = PlantEffect(
+            name=f"hidden_{one}", formulation=one, unit="1", typical=1.0, **where(one, own)
         )
     recording = hide(
         name,
-        {**effects, **{f"hidden_{kind}": 1.0 for kind in fields}},
+        {**effects, **{f"hidden_{one}": 1.0 for one in fields}},
         protocols=OPENINGS if kinds == ["poppet"] else INPUTS,
         duration=5.0,
         repeats=3,
@@ -247,7 +247,7 @@ def run_one(drawn: str, name: str, seed: int) -> dict[str, Any]:
         seed=seed,
         step=STEP,
     )
-    left_out = {family for kind in fields for family in HIDDEN[kind].left_out}
+    left_out = {family for one in fields for family in HIDDEN[one].left_out}
     with tempfile.TemporaryDirectory() as folder:
         recording.save(Path(folder) / "data")
         trials = pamsim.read_recordings(Path(folder) / "data").trials
@@ -259,7 +259,7 @@ def run_one(drawn: str, name: str, seed: int) -> dict[str, Any]:
             threads=1,
         )
     seconds = time.perf_counter() - begun
-    of_kind = {right: kind for kind in fields for right in HIDDEN[kind].right}
+    of_kind = {right: one for one in fields for right in HIDDEN[one].right}
     curves: list[dict[str, Any]] = []
     for one in found.learned:
         at_si, si = (
@@ -291,7 +291,7 @@ def run_one(drawn: str, name: str, seed: int) -> dict[str, Any]:
     named = {EFFECTS[one.name].family for one in found.effects if one.certain["family"]}
     of_effects = {EFFECTS[one].family for one in effects}
     return {
-        "hidden": drawn,
+        "hidden": kind,
         "seed": seed,
         "fields": fields,
         "sizes": effects,
