@@ -40,6 +40,11 @@ _FINE = ("no_gap", "named")
     help="Fall of a link's mean square below which no effect is reported, in variances of the"
     " noise.",
 )
+@click.option(
+    "--learn/--no-learn",
+    default=True,
+    help="Whether curves are learned of what no effect explains.",
+)
 @options.seed()
 @options.threads
 @options.film

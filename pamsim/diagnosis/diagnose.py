@@ -44,6 +44,7 @@ APPLIES: dict[str, Collection[Kind]] = {
     "nuisance": (Kind.RECORDINGS, Kind.TABLE),
     "hold_out": (Kind.RECORDINGS,),
     "material": (Kind.RECORDINGS,),
+    "learn": (Kind.RECORDINGS,),
     "threads": (Kind.RECORDINGS, Kind.TABLE),
 }
 """Argument of `diagnose` -> kinds of data that it applies to; those not here apply to all."""
@@ -60,6 +61,7 @@ def diagnose(
     hold_out: Sequence[str] = (),
     alpha: float = ALPHA,
     material: float = MATERIAL,
+    learn: bool = True,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -82,6 +84,7 @@ def diagnose(
             stay those of 95 %.
         material: fall of a link's mean square below which no effect is reported [variance of the
             noise]; of rows at rest it is what noise does once in ``1 / alpha``.
+        learn: whether curves are learned of what no effect explains.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
         progress: called as each model is fitted; how many there will be is an estimate.
@@ -99,6 +102,7 @@ def diagnose(
         hold_out=tuple(hold_out),
         alpha=alpha,
         material=material,
+        learn=learn,
         seed=seed,
         threads=threads,
         progress=progress,

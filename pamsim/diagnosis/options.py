@@ -56,6 +56,7 @@ class Options:
     hold_out: tuple[str, ...] = ()
     alpha: float = ALPHA
     material: float = MATERIAL
+    learn: bool = True
     seed: int = 0
     threads: int | None = None
     progress: Progress | None = None

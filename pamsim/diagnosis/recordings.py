@@ -72,6 +72,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
         held_out=held_out,
         nuisance=nuisance,
         limits=options.limits,
+        learn=options.learn,
         seed=options.seed,
         threads=options.threads,
         progress=options.progress,

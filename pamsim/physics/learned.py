@@ -59,6 +59,9 @@ class Learned(ParameterGroup, group="learned"):
     drag_6: float = quantity("[-1e4, 1e4] N", "sixth", 0.0)
     drag_7: float = quantity("[-1e4, 1e4] N", "seventh", 0.0)
     drag_8: float = quantity("[-1e4, 1e4] N", "eighth", 0.0)
+    brakes: float = quantity(
+        "[0, 1]", "1: where the curve over speed or dry friction would drive they are 0", 0.0
+    )
     rub_low: float = quantity("[-10, 10] m", "tendon length at which dry friction begins", 0.0)
     rub_high: float = quantity("[-10, 10] m", "tendon length at which it ends", 0.0)
     rub_speed: float = quantity(
@@ -101,7 +104,7 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
         force += learned.force_21 * bump(u - 20.0) + learned.force_22 * bump(u - 21.0)
         force += learned.force_23 * bump(u - 22.0) + learned.force_24 * bump(u - 23.0)
     if learned.fastest > learned.slowest:
-        force += curve_of_8(
+        drag = curve_of_8(
             speed,
             learned.slowest,
             learned.fastest,
@@ -114,8 +117,10 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
             learned.drag_7,
             learned.drag_8,
         )
+        if learned.brakes == 0.0 or drag * speed > 0.0:
+            force += drag
     if learned.rub_high > learned.rub_low:
-        force += math.tanh(speed / learned.rub_speed) * curve_of_8(
+        dry = curve_of_8(
             length,
             learned.rub_low,
             learned.rub_high,
@@ -128,4 +133,6 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
             learned.rub_7,
             learned.rub_8,
         )
+        if learned.brakes == 0.0 or dry > 0.0:
+            force += dry * math.tanh(speed / learned.rub_speed)
     return force

@@ -183,6 +183,21 @@ class JointPlace:
         field, count = _CONTROLS.get(kind, ("", 0))
         return [f"{self.muscle}:learned.{field}{k}" for k in range(1, count + 1)]
 
+    @property
+    def brakes(self) -> str:
+        """Name of the parameter that keeps curves over speed and dry friction from driving."""
+        return f"{self.muscle}:learned.brakes"
+
+    def without_drag_at_rest(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Control forces of the same curves over length and speed, the latter 0 at rest."""
+        drags, forces = self.controls(Kind.RATE), self.controls(Kind.POSITION)
+        slowest, fastest = self.ends((Kind.RATE,)).values()
+        (of_each,) = shares(np.zeros(1), slowest, fastest, len(drags))
+        at_rest = float(of_each @ [values[name] for name in drags])
+        return {name: values[name] - at_rest for name in drags} | {
+            name: values[name] + at_rest for name in forces
+        }
+
     def curves(
         self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
     ) -> Iterator[Curve]:

@@ -83,6 +83,7 @@ def diagnose_links(
     held_out: Collection[str],
     nuisance: Sequence[str],
     limits: Limits = USUAL,
+    learn: bool = True,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -140,7 +141,7 @@ def diagnose_links(
         found = confirmed(found, sizes(*whole))
     shape = None
     nameless = [link for link, one in unexplained.items() if one.counts]
-    if nameless:
+    if nameless and learn:
         steps.begin("a shape for what has no name")
 
         def links_of(other: Rig) -> tuple[ChainSimulator, Units]:

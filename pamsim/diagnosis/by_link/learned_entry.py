@@ -14,6 +14,7 @@ import numpy as np
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.diagnosis.by_link.curve_places import Curve, Kind
+from pamsim.diagnosis.by_link.curve_properties import properties
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 from pamsim.engine.rig import Rig
 
@@ -52,7 +53,9 @@ class LearnedEntry:
     unit: str
     # (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not show it
     band95: FloatArray
-    holds: tuple[str, ...]  # what it obeys within its band, see `properties`
+    holds: tuple[
+        str, ...
+    ]  # what it obeys within its band, see `pamsim.diagnosis.by_link.curve_properties`
     # Closed form that follows it; empty for none. See
     # `pamsim.diagnosis.by_link.learned_entry.description`
     resembles: str
@@ -153,37 +156,6 @@ def _units(rig: Rig, curve: Curve) -> tuple[str, float, str, float]:
     if curve.kind is Kind.ARM:
         return at, scale, "%", 100.0
     return f"{at}/s" if curve.kind is Kind.RATE else at, scale, torque, 1.0
-
-
-def properties(curve: Curve) -> tuple[str, ...]:
-    """What a curve obeys within its band.
-
-    Over speed it may be ``passive``: it brakes somewhere and drives nowhere for certain; and
-    ``odd``: as large in both directions. Over position it may be ``restoring``: it falls somewhere
-    and grows nowhere for certain. No torque over position takes or gives work in a closed cycle,
-    nor does a moment arm or a curve over the contraction: what a muscle gives with pressure, its
-    air has done. A dry friction is passive if it is somewhere above zero for certain and nowhere
-    below.
-    """
-    at, torque, reach = curve.at, curve.value, curve.reach
-    if curve.kind is Kind.FRICTION:
-        return ("passive",) if _only_below(-torque, reach) else ()
-    if curve.kind not in (Kind.POSITION, Kind.RATE):
-        return ()
-    if curve.kind is Kind.POSITION:
-        rise, error = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]
-        later = np.triu_indices(at.size, 1)
-        return ("restoring",) if _only_below(rise[later], error[later]) else ()
-    found = ("passive",) if _only_below(torque * np.sign(at), reach) else ()
-    both = np.abs(at) <= min(-at[0], at[-1])
-    mirrored, error = np.interp(-at[both], at, torque), np.interp(-at[both], at, reach)
-    odd = both.any() and np.all(np.abs(torque[both] + mirrored) <= reach[both] + error)
-    return (*found, "odd") if odd else found
-
-
-def _only_below(values: FloatArray, error: FloatArray) -> bool:
-    """Whether some values are below zero for certain, and none above."""
-    return bool(np.any(values < -error) and np.all(values <= error))
 
 
 def description(kind: Kind, at: FloatArray, value: FloatArray) -> tuple[str, dict[str, float]]:

@@ -31,6 +31,7 @@ from pamsim.diagnosis.by_link.curve_places import (
     SLOWEST,
     TURN,
     Curve,
+    JointPlace,
     Kind,
     Place,
     joint_places,
@@ -38,6 +39,7 @@ from pamsim.diagnosis.by_link.curve_places import (
     sensor_place,
     valve_place,
 )
+from pamsim.diagnosis.by_link.curve_properties import properties
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.search import WORTH
@@ -170,10 +172,16 @@ def learned_shape(
     before, after = (_mean(unseen, m, seen) for m in (rest, best))
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
+    curves = [c for place in places for c in place.curves(learned_over, controls, errors)]
+    joints = [place for place in places if isinstance(place, JointPlace)]
+    for place in joints if {Kind.POSITION, Kind.RATE} <= set(learned_over) else ():
+        controls |= place.without_drag_at_rest(controls)
+    # What drives within the band is left out, so that no cycle gives work.
+    braking = [curve for curve in curves if curve.kind in (Kind.RATE, Kind.FRICTION)]
+    if braking and all("passive" in properties(curve) for curve in braking):
+        controls |= {place.brakes: 1.0 for place in joints}
     return LearnedShape(
-        curves=tuple(
-            curve for place in places for curve in place.curves(learned_over, controls, errors)
-        ),
+        curves=tuple(curves),
         links=tuple(sorted(seen, key=lambda link: link.order)),
         model=best,
         rest=rest,

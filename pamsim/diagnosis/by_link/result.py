@@ -362,5 +362,6 @@ def _learned(result: LinkReport) -> list[str]:
     return [
         f"Without a name: {in_links(first.links)} {_digits(first.before - 1.0)} of the noise"
         f" variance is left, {_digits(max(first.after - 1.0, 0.0))} with {curves}."
-        + f" As well predict, in place of that: {'; '.join(first.tied)}." * bool(first.tied)
+        + f" As well predict, in place of that: {'; '.join(first.tied)}."
+        * bool(first.tied)
     ]

@@ -35,7 +35,7 @@ def variants(law: str, loop: str) -> Muscle:
         muscle.chain, learned_low=0.1, learned_high=0.3, learned_3=0.1, learned_6=-0.08
     )
     learned = dataclasses.replace(
-        muscle.learned, rub_low=0.1, rub_high=0.3, rub_speed=0.02, rub_2=4.0, rub_5=7.0
+        muscle.learned, rub_low=0.1, rub_high=0.3, rub_speed=0.02, brakes=1.0, rub_2=4.0, rub_5=7.0
     )
     return dataclasses.replace(
         muscle,

@@ -1,5 +1,7 @@
 """Learned curves: splines of their control values, and the work of a learned tension."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -88,16 +90,28 @@ def test_a_learned_dry_friction_is_against_the_motion_and_full_above_its_speed()
         assert learned_force(friction, x, 0.0) == 0.0
 
 
-def test_a_learned_friction_that_is_nowhere_negative_takes_work_in_every_cycle():
-    friction = Learned(rub_low=0.16, rub_high=0.2, rub_speed=2e-3, **numbered(rub=RUBS))
-    time = np.linspace(0.0, 1.0, 2001)
-    for _ in range(50):
-        turns = RNG.integers(1, 9, size=3)
-        swing = np.sin(2.0 * np.pi * np.outer(time, turns) + RNG.uniform(0.0, 7.0, size=3))
-        length = 0.18 + swing @ RNG.uniform(0.0, 0.01, size=3)
-        speed = np.gradient(length, time)
-        force = [learned_force(friction, x, v) for x, v in zip(length, speed, strict=True)]
-        assert np.trapezoid(np.array(force) * speed, time) > 0.0
+BRAKING = {"rub_low": 0.16, "rub_high": 0.2, "rub_speed": 2e-3, "slowest": -0.1, "fastest": 0.15}
+
+
+def test_a_curve_that_brakes_takes_work_at_every_length_and_speed():
+    """So does every cycle of it. Curves that may drive are left as they are."""
+    drove = 0
+    for _ in range(500):
+        own = numbered(drag=RNG.normal(size=SPEED), rub=RNG.normal(size=RUB))
+        free, braking = (Learned(**BRAKING, **own, brakes=one) for one in (0.0, 1.0))
+        for x, v in zip(RNG.uniform(0.15, 0.21, 5), RNG.uniform(-0.2, 0.2, 5), strict=True):
+            force, parts = (
+                learned_force(braking, x, v),
+                [
+                    learned_force(dataclasses.replace(free, **none), x, v)
+                    for none in ({"fastest": -0.1}, {"rub_high": 0.16})
+                ],
+            )
+            assert force * v >= 0.0
+            assert force == pytest.approx(sum(part for part in parts if part * v > 0.0))
+            assert learned_force(free, x, v) == pytest.approx(sum(parts))
+            drove += sum(parts) * v < 0.0
+    assert drove > 100
 
 
 CAM = Chain(learned_low=-0.01, learned_high=0.012, **numbered(learned=SHARES))

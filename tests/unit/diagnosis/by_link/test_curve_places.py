@@ -1,5 +1,7 @@
 """Learned curves: where, over which range, and as sums of control values that are the rig's."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,14 @@ def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_f
     moving = [learned_force(group, 0.0, shaft.middle * speed) for speed in over_speed.at]
     still = learned_force(group, 0.0, 0.0)
     assert over_speed.value == pytest.approx(-shaft.middle * (np.array(moving) - still))
+    # With the drag at rest in the other curve the force is the same, and the drag alone is 0 there.
+    again = {**forces, **drags} | shaft.without_drag_at_rest({**forces, **drags})
+    other = arm.with_parameters({**shaft.ends(Kind), **again}).muscles["muscle_1"].learned
+    for length, speed in ((0.0, 0.0), (0.002, 0.003), (-0.003, -0.002)):
+        same = learned_force(group, length, speed)
+        assert learned_force(other, length, speed) == pytest.approx(same)
+    alone = dataclasses.replace(other, high=other.low)
+    assert learned_force(alone, 0.0, 0.0) == pytest.approx(0.0, abs=1e-9)
     (single,) = shaft.curves([Kind.POSITION], forces, KnownErrors())
     assert np.ptp(over_position.value - single.value) == pytest.approx(0.0, abs=1e-12)
     # Between control forces that of one newton is spread over four of them, at an end it is alone.

@@ -8,7 +8,8 @@ import pytest
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, Link
 from pamsim.diagnosis.by_link.curve_places import MUSCLES, Curve, Kind
-from pamsim.diagnosis.by_link.learned_entry import description, learned_entries, properties
+from pamsim.diagnosis.by_link.curve_properties import properties
+from pamsim.diagnosis.by_link.learned_entry import description, learned_entries
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 
 AT = np.linspace(-0.6, 0.5, 60)
