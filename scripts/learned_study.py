@@ -36,7 +36,8 @@ from records import fingerprint, kept_rows, median, study_parser, write_rows
 import pamsim
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray, to_si
-from pamsim.diagnosis.by_link.curve_places import Kind, contractions
+from pamsim.diagnosis.by_link.curve_places import Kind
+from pamsim.diagnosis.by_link.visited_places import contractions
 from pamsim.effects.catalog import EFFECTS
 from pamsim.recordings.trial import Trial
 

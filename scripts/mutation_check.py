@@ -94,7 +94,8 @@ PARTS = {
         (
             "physics/spline.py", "physics/learned.py", "physics/learned_tension.py",
             "diagnosis/by_link/curve_places.py",
-            "diagnosis/by_link/learned_entry.py",
+            "diagnosis/by_link/learned_entry.py", "diagnosis/by_link/visited_places.py",
+            "diagnosis/by_link/curve_properties.py",
         ),
         (
             "unit/physics/test_learned_curves.py unit/diagnosis/by_link/test_curve_places.py"

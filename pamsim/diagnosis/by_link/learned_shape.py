@@ -34,10 +34,6 @@ from pamsim.diagnosis.by_link.curve_places import (
     JointPlace,
     Kind,
     Place,
-    joint_places,
-    muscle_place,
-    sensor_place,
-    valve_place,
 )
 from pamsim.diagnosis.by_link.curve_properties import properties
 from pamsim.diagnosis.by_link.held_out import HeldOut
@@ -45,6 +41,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.search import WORTH
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
+from pamsim.diagnosis.by_link.visited_places import places_of
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.rig import Rig
 from pamsim.inference.projection import orthonormal, project_out
@@ -100,8 +97,7 @@ def learned_shape(
     ``links_of`` gives the links of the trials on a rig, and the rows that are fitted and judged.
     None where the curves predict no better, or nothing can have one.
     """
-    shared = (muscle_place(rig, trials), sensor_place(rig, trials), valve_place(rig, trials))
-    places: list[Place] = [*joint_places(rig, trials), *(one for one in shared if one)]
+    places = places_of(rig, trials)
     possible = [
         kind
         for kind in Kind
@@ -140,7 +136,7 @@ def learned_shape(
         left = unseen.remainders(best)
         return any(left[link].counts for link in around(kinds))
 
-    # One curve first: where it leaves something, two must predict better.
+    # One curve first: where it leaves something, or is none by itself, two must predict better.
     for offers in _promised(fitter, begin, shapes, stated, around(possible)):
         fits = [(fit, kinds) for kinds in offers if (fit := fitted(as_stated, kinds)) is not None]
         if not fits:
@@ -154,22 +150,23 @@ def learned_shape(
                 used, best, found, learned_over = one, fit, found or better, kinds
             if not something_left(kinds):
                 break
-        if learned_over != kinds:
-            break
-        tied = tuple(
-            others
-            for fit, others in fits
-            if others != kinds
-            and not unseen.better(nearest, fit, around({*kinds, *others})).certain
-        )
+        if learned_over == kinds:
+            tied = tuple(
+                others
+                for fit, others in fits
+                if others != kinds
+                and not unseen.better(nearest, fit, around({*kinds, *others})).certain
+            )
         if not something_left(possible):
             break
     if found is None:
         return None
-    names = {p.name for kind in learned_over for p in shapes[kind].parameters}
-    controls = {name: value for name, value in best.values.items() if name in names}
     seen = _holding({part for kind in learned_over for part in kind.parts}, simulator.links)
     before, after = (_mean(unseen, m, seen) for m in (rest, best))
+    if before - after < after - 1.0:  # as of effects: it explains less than what is left
+        return None
+    names = {p.name for kind in learned_over for p in shapes[kind].parameters}
+    controls = {name: value for name, value in best.values.items() if name in names}
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
     curves = [c for place in places for c in place.curves(learned_over, controls, errors)]

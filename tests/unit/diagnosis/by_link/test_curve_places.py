@@ -12,6 +12,8 @@ from pamsim.diagnosis.by_link.curve_places import (
     MUSCLES,
     JointPlace,
     Kind,
+)
+from pamsim.diagnosis.by_link.visited_places import (
     joint_places,
     muscle_place,
     sensor_place,
