@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import PA_PER_KPA
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
 
 FEWEST_ROWS = 8
@@ -35,6 +37,10 @@ _MEANT = (
     ("mbar", 10.0, 1.05),
     ("mmHg", 7.50062, 1.05),
 )
+
+_NEAR, _SPREAD = 0.05, 0.3
+"""Of an atmosphere: by how much the middle of what a pressure reads above its set point may be off
+one, and how far its quartiles may be apart, since it takes its time to follow."""
 
 
 def clock(columns: Columns) -> str:
@@ -150,8 +156,19 @@ def require_muscle_pressure(top: float, name: str, path: Path) -> None:
 
 
 def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
-    """A held pressure follows its set point; a constant ratio far from 1 is another unit."""
+    """A held pressure follows its set point.
+
+    A constant ratio far from 1 is another unit, an atmosphere more is no gauge pressure.
+    """
     wanted, got = columns.values[set_point], columns.values[measured]
+    one = ATMOSPHERE / PA_PER_KPA
+    low, middle, top = np.quantile(got - wanted, (0.25, 0.5, 0.75))
+    follows = np.ptp(wanted) > 0.5 * one and top - low < _SPREAD * one
+    if follows and abs(middle - one) < _NEAR * one:
+        raise InputError(
+            f"{columns.path}: {measured} is {middle:.0f} kPa above {set_point}, as an absolute"
+            f" pressure is; pressures are gauge: subtract {one:g} kPa from {measured}"
+        )
     high = wanted > max(0.5 * float(np.max(wanted)), 1e-9)
     if np.count_nonzero(high) < FEWEST_ROWS:
         return

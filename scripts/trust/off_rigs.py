@@ -1,6 +1,6 @@
 """Whether a check distinguishes mistakes in recordings from numbers of the rig that are off.
 
-    python scripts/trust/off_rigs.py [--count 200] [--seed 0] [--workers 2] [--stopped]
+    python scripts/trust/off_rigs.py [--count 200] [--seed 0] [--exact] [--workers 2] [--stopped]
         [--json FILE]
 
 Each case is a recording of one of ten rigs whose true numbers are off those of its file: valves by
@@ -8,7 +8,7 @@ a factor of up to 4, volume and damping 3, forces and stiffness 1.5, the mountin
 3 % of its length; half of the joints have dry friction that the file has not. Commands are set
 points, the measured pressures, or a torque on a joint between sealed muscles. `pamsim.check` reads
 each as it is, where a suspicion is false, and with one mistake of unit or sign, whose correction it
-must name.
+must name. With ``--exact`` the rigs are as their files say.
 """
 
 from __future__ import annotations
@@ -136,13 +136,14 @@ def add_noise(table: Table, rng: np.random.Generator) -> None:
 
 
 def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
-    """One recording, read as it is (``valid``) or with a mistake (``mistake``)."""
+    """One recording, read as it is (``valid``) or with a mistake (``mistake``); of an exact rig."""
+    kind, _, exact = kind.partition(" ")
     rng = np.random.default_rng((seed, RIGS.index(name)))
     with tempfile.TemporaryDirectory() as place:
         rig = bench(name) if name in BENCHES else rig_of(name, Path(place))
         folder = Path(place) / "data"
         try:
-            what = record(rig, off(rig, rng), folder, rng)
+            what = record(rig, rig if exact else off(rig, rng), folder, rng)
         except PamsimError as error:  # such as a muscle longer than its fibres
             return {"not_made": str(error)}
         row: dict[str, Any] = {"rig": name, "seed": seed, "what": what}
@@ -168,8 +169,8 @@ def _changes(change: Any, columns: list[str]) -> bool:
 def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
     """Counts of both kinds, and every row that went wrong."""
     made = {task: row for task, row in rows.items() if "not_made" not in row}
-    valid = [row for (kind, *_), row in made.items() if kind == "valid"]
-    mistaken = [row for (kind, *_), row in made.items() if kind == "mistake"]
+    valid = [row for (kind, *_), row in made.items() if kind.startswith("valid")]
+    mistaken = [row for (kind, *_), row in made.items() if kind.startswith("mistake")]
     alarms = [row for row in valid if row["how"] != "silent"]
     missed = [row for row in mistaken if not row["named"]]
     return {
@@ -185,13 +186,18 @@ def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, count, write."""
-    options = study_parser(__doc__, count=200, seed=0).parse_args()
+    parser = study_parser(__doc__, count=200, seed=0)
+    parser.add_argument("--exact", action="store_true", help="rigs as their files say")
+    options = parser.parse_args()
+    exact = " exact" if options.exact else ""
     cases = [(RIGS[k % len(RIGS)], options.seed + k) for k in range(options.count)]
-    tasks = [(kind, *case) for case in cases for kind in ("valid", "mistake")]
+    kinds = [f"{kind}{exact}" for kind in ("valid", "mistake")]
+    tasks = [(kind, *case) for case in cases for kind in kinds]
     mark = fingerprint("pamsim", __file__)
-    folder = KEPT / f"{options.seed}_{options.count}"
+    folder = KEPT / f"{options.seed}_{options.count}{exact.strip()}"
     rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
     command = f"python scripts/trust/off_rigs.py --count {options.count} --seed {options.seed}"
+    command += " --exact" * options.exact
     result = {"command": command, **counted(rows)}
     print_and_write(result, options.json)
 

@@ -156,6 +156,10 @@ BAD_TABLES = {
     "set point in bar": (changed(p1_set_kpa=np.full(20, 4.0)), "p1_set_kpa looks like bar"),
     "all in bar": (changed(**pressures(0.01)), "if the columns hold bar, multiply them by 100"),
     "all in Pa": (changed(**pressures(1e3)), "holds mbar, divide it by 10, if Pa by 1000"),
+    "absolute": (
+        changed(p2_set_kpa=100.0 + 10.0 * K, p2_kpa=201.3 + 10.0 * K + 3.0 * (-1.0) ** K),
+        "p2_kpa is 101 kPa above p2_set_kpa, as an absolute pressure is; pressures are gauge",
+    ),
     "absolute vacuum": (changed(p2_kpa=P["p2_kpa"] - 150.0), "far below the atmosphere"),
     "negative set point": (changed(p2_set_kpa=P["p2_set_kpa"] - 101.0), "is negative"),
     "rad": (changed(angle_deg=P["angle_deg"] / 57.3), "if the columns hold rad"),
