@@ -15,11 +15,12 @@ from pamsim.diagnosis.fitted_rig import PULLEY, possible_rig
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.table_at_rest import diagnose_table, published_rig
 from pamsim.engine.parameters import rig_parameter
+from pamsim.physics.chain import learns_arm
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import write_link_diagnosis
 from pamsim.twins.hide import hide
 from tests.plant.hidden.catalog import PLANT_EFFECTS
-from tests.plant.hidden.hidden_effect import PlantEffect, on_muscles
+from tests.plant.hidden.hidden_effect import PlantEffect, on_joint, on_muscles
 from tests.plant.hidden.sensor_effects import periodic_error
 from tests.plant.hide import hide as hide_in_plant
 
@@ -195,8 +196,8 @@ def test_a_stop_that_has_no_name_is_learned_and_written_into_a_rig(size, tmp_pat
 LOOPS = ("triangle", "staircase", "multisine")
 
 
-def with_a_curve(folder, monkeypatch, unnamed, protocols=LOOPS, *, forces=False, seed):
-    """What is learned of an effect that no library has; its report, curve and repaired rig."""
+def with_curves(folder, monkeypatch, unnamed, protocols=LOOPS, *, forces=False, seed):
+    """What is learned of an effect that no library has; its report, curves and repaired rig."""
     monkeypatch.setitem(PLANT_EFFECTS, unnamed.name, unnamed)
     hidden = hide_in_plant(
         "mas20_arm", {unnamed.name: 1.0}, duration=5.0, repeats=3, forces=forces,
@@ -205,8 +206,7 @@ def with_a_curve(folder, monkeypatch, unnamed, protocols=LOOPS, *, forces=False,
     hidden.save(folder / "data")
     report = pamsim.diagnose(folder / "data", rig="mas20_arm", effects=["muscle_mismatch"])
     report.save(folder / "out")
-    (curve,) = report.learned
-    return report, curve, pamsim.load_rig(folder / "out" / "rig")
+    return report, report.learned, pamsim.load_rig(folder / "out" / "rig")
 
 
 @pytest.mark.slow
@@ -216,7 +216,7 @@ def test_an_error_of_the_sensor_is_learned_and_written_into_a_rig(tmp_path, monk
         name="off_axis", formulation="an eccentric gear", unit="rad", typical=0.01,
         sensed=lambda run, size: run.with_angle(run.angle + periodic_error(run.angle, size, 4.0)),
     )  # fmt: skip
-    report, curve, rig = with_a_curve(tmp_path, monkeypatch, off_axis, seed=5)
+    report, (curve,), rig = with_curves(tmp_path, monkeypatch, off_axis, seed=5)
     assert (curve.kind, curve.acts_at) == ("an error of the sensor over the position", "shaft")
     assert (curve.at_unit, curve.unit) == ("deg", "deg")
     assert curve.after < 1.15 < 2.0 < curve.before
@@ -235,7 +235,7 @@ def test_a_flow_that_grows_less_and_less_is_learned_over_the_opening(tmp_path, m
         name="poppet", formulation="a poppet valve", unit="1", typical=0.6,
         change=on_muscles("lift"),
     )  # fmt: skip
-    report, curve, rig = with_a_curve(
+    report, (curve,), rig = with_curves(
         tmp_path, monkeypatch, poppet, ("pulses", "bursts", "levels"), seed=3
     )
     assert curve.kind == "a change of the flow over the opening"
@@ -258,7 +258,7 @@ def test_a_tension_that_no_law_has_is_learned_with_its_volume(tmp_path, monkeypa
         name="swelling", formulation="a bump over the contraction", unit="m^2", typical=8e-5,
         change=on_muscles("swell", swell_at=0.01, swell_width=0.015),
     )  # fmt: skip
-    report, curve, rig = with_a_curve(tmp_path, monkeypatch, swelling, forces=True, seed=1)
+    report, (curve,), rig = with_curves(tmp_path, monkeypatch, swelling, forces=True, seed=1)
     assert (curve.kind, curve.unit) == ("a tension per pressure over the contraction", "N/bar")
     assert curve.resembles == "bump"
     assert curve.numbers == pytest.approx({"height": 8.0, "middle": 1.0, "width": 3.0}, rel=0.15)
@@ -343,3 +343,42 @@ def test_friction_of_another_formula_is_found_in_one_log_of_a_sealed_joint(level
     named = {effect.name for effect in found.effects}
     assert named <= friction, found.sentence
     assert bool(named) == (level > 0.0), found.sentence
+
+
+@pytest.mark.slow
+def test_a_dry_friction_about_one_position_is_learned_and_brakes_only(tmp_path, monkeypatch):
+    """A worn place of the joint, 0.25 N m at 4 deg; friction that is the same everywhere is not."""
+    worn = PlantEffect(
+        name="worn", formulation="dry friction about 4 deg", unit="N*m", typical=0.25,
+        change=on_joint("patch", patch_at=0.07, patch_width=0.12, patch_speed=0.05),
+    )  # fmt: skip
+    report, (curve,), rig = with_curves(tmp_path, monkeypatch, worn, seed=6)
+    assert (curve.kind, curve.acts_at) == ("a dry friction over the position", "shaft")
+    assert "passive" in curve.holds
+    true = 0.25 * np.exp(-0.5 * ((np.radians(curve.at) - 0.07) / 0.12) ** 2)
+    visited = np.abs(curve.at) < 15.0
+    assert np.sqrt(np.mean((curve.value - true)[visited] ** 2)) < 0.1 * true.max()
+    assert curve.after - 1.0 < 0.1 * (curve.before - 1.0)
+    assert rig.muscles["muscle_1"].learned.brakes == 1.0
+    gap = report.gap["angle"]
+    assert gap.after < 0.5 * gap.before
+
+
+@pytest.mark.slow
+def test_a_cam_is_learned_as_an_arm_of_each_muscle(tmp_path, monkeypatch):
+    """A pulley whose arm is 12 % longer about 4 deg; load cells read the muscles' forces."""
+    cam = PlantEffect(
+        name="bulge", formulation="a cam", unit="1", typical=0.12,
+        change=on_muscles("cam", cam_at=0.07, cam_width=0.15),
+    )  # fmt: skip
+    report, curves, rig = with_curves(tmp_path, monkeypatch, cam, forces=True, seed=7)
+    assert [curve.acts_at for curve in curves] == ["muscle_1", "muscle_2"]
+    for curve in curves:
+        assert curve.kind == "a change of the moment arm over the position"
+        assert (curve.at_unit, curve.unit) == ("deg", "%")
+        true = 12.0 * np.exp(-0.5 * ((np.radians(curve.at) - 0.07) / 0.15) ** 2)
+        visited = np.abs(curve.at) < 15.0
+        assert np.sqrt(np.mean((curve.value - true)[visited] ** 2)) < 1.2
+        assert curve.after - 1.0 < 0.1 * (curve.before - 1.0)
+    assert all(learns_arm(muscle.chain) for muscle in rig.muscles.values())
+    assert report.gap["angle"].after < report.gap["angle"].before
