@@ -180,8 +180,10 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
         if room > 0.0:  # a band as wide as nothing is known would hide the curve
             ax.set_ylim(ends[0] - room, ends[1] + room)
         unit = one["unit"].replace("*", " ")
-        x = f"{one['over']} of {one['acts_at']} [{one['at_unit']}]"
+        x = f"{one['over']} of {one['joint'] or one['acts_at']} [{one['at_unit']}]"
         quantity = one["kind"].partition(" over ")[0].partition(" ")[2]
+        if one["where"] != one["acts_at"]:
+            quantity += f" of {one['acts_at']}"
         finish_axes(ax, x=x, y=f"{quantity} [{unit}]")
     return figure
 

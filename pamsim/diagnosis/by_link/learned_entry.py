@@ -42,7 +42,8 @@ class LearnedEntry:
     """A learned curve. It is a description of what is missing, not a name."""
 
     kind: Kind  # of curve
-    acts_at: str  # joint, the muscles or the valves, as `Curve` has it
+    acts_at: str  # joint, a muscle, the muscles or the valves, as `Curve` has it
+    joint: str = ""  # over whose position or speed it runs; empty for contraction and opening
     at: FloatArray  # (n,) what it runs over
     at_unit: str  # ``deg`` or ``m``, the same per second, or ``%`` of a contraction or opening
     # (n,) torque in the direction in which the position grows, tension, read less true position, or
@@ -72,6 +73,13 @@ class LearnedEntry:
     def over(self) -> str:
         """What it runs over, see `Kind.over`."""
         return self.kind.over
+
+    @json_property
+    def where(self) -> str:
+        """What it runs over the position of, and at which muscle, if it acts at one."""
+        if self.joint in ("", self.acts_at):
+            return self.acts_at
+        return f"{self.joint}, at {self.acts_at}"
 
     @json_property
     def words(self) -> str:
@@ -119,6 +127,7 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
             LearnedEntry(
                 kind=curve.kind,
                 acts_at=curve.acts_at,
+                joint=curve.joint,
                 at=curve.at * scale,
                 at_unit=at_unit,
                 value=curve.value * factor,

@@ -356,7 +356,7 @@ def _learned(result: LinkReport) -> list[str]:
         return []
     first = result.learned[0]
     curves = " and ".join(
-        f"{one.kind} of {one.acts_at}" + (f", like {one.words}" * bool(one.words))
+        f"{one.kind} of {one.where}" + (f", like {one.words}" * bool(one.words))
         for one in result.learned
     )
     return [

@@ -195,13 +195,22 @@ def compared():
 def learned():
     one = {
         "at": 100.0 * BAR[UP], "value": SCATTER, "band95": [[a - 1.0, a + 1.0] for a in SCATTER],
-        "over": "pressure", "acts_at": "muscle", "at_unit": "kPa", "unit": "N*s/m",
-        "kind": "a friction over pressure",
+        "over": "pressure", "acts_at": "muscle", "joint": "", "where": "muscle",
+        "at_unit": "kPa", "unit": "N*s/m", "kind": "a friction over pressure",
     }  # fmt: skip
-    figure = learned_curves([one])
-    (ax,) = figure.axes
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("pressure of muscle [kPa]", "friction [N s/m]")
-    return figure, [[(KPA, SCATTER)]]
+    arm = one | {
+        "joint": "shaft",
+        "where": "shaft, at muscle",
+        "unit": "%",
+        "kind": "an arm over it",
+    }
+    figure = learned_curves([one, arm])
+    labels = [(ax.get_xlabel(), ax.get_ylabel()) for ax in figure.axes]
+    assert labels == [
+        ("pressure of muscle [kPa]", "friction [N s/m]"),
+        ("pressure of shaft [kPa]", "arm of muscle [%]"),
+    ]
+    return figure, [[(KPA, SCATTER)]] * 2
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,9 @@ CURVES = {
 }
 
 
+AT_PLACE = {Kind.ARM: "muscle_1", Kind.PRESSED: MUSCLES, Kind.UNPRESSED: MUSCLES}
+
+
 def test_each_form_is_found_with_its_numbers():
     for form, (kind, value, numbers) in CURVES.items():
         noisy = value + NOISE * np.abs(value).max()
@@ -102,7 +105,9 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
         curves=tuple(
             Curve(
                 kind=kind,
-                acts_at=MUSCLES if "tension" in kind else "shaft",
+                acts_at={"ARM": "muscle_1"}.get(
+                    kind.name, MUSCLES if "tension" in kind else "shaft"
+                ),
                 joint="" if kind.over == "contraction" else "shaft",
                 at=AT,
                 value=value,
@@ -144,6 +149,7 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert (arm.at_unit, arm.unit, friction.at_unit, friction.unit) == ("deg", "%", "deg", "N*m")
     assert arm.numbers["height"] == pytest.approx(10.0, rel=0.1)
     assert arm.numbers["middle"] == pytest.approx(math.degrees(-0.1), rel=0.1)
+    assert (arm.where, bump.where) == ("shaft, at muscle_1", MUSCLES)
     reading = entries["ripple of a reading"]
     assert (reading.at_unit, reading.unit) == ("deg", "deg")
     ripple = {"amplitude": math.degrees(4e-3), "period": 360.0 / 14.0}
