@@ -54,9 +54,8 @@ class LearnedEntry:
     unit: str
     # (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not show it
     band95: FloatArray
-    holds: tuple[
-        str, ...
-    ]  # what it obeys within its band, see `pamsim.diagnosis.by_link.curve_properties`
+    # What it obeys within its band, see `pamsim.diagnosis.by_link.curve_properties`
+    holds: tuple[str, ...]
     # Closed form that follows it; empty for none. See
     # `pamsim.diagnosis.by_link.learned_entry.description`
     resembles: str
