@@ -75,7 +75,8 @@ def joint_places(rig: Rig, trials: Sequence[Trial]) -> list[Place]:
                 count=ARMS,
             )
             for m, name in alone
-            if not learns_arm(rig.muscles[name].chain)
+            # What pushes has no chain.
+            if not (rig.muscles[name].pushes or learns_arm(rig.muscles[name].chain))
         ]
         for m, name in [one for one in alone if not learns(rig.muscles[one[1]].learned)][:1]:
             found.append(

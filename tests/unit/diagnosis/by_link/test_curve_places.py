@@ -16,6 +16,7 @@ from pamsim.diagnosis.by_link.curve_places import (
 from pamsim.diagnosis.by_link.visited_places import (
     joint_places,
     muscle_place,
+    places_of,
     sensor_place,
     valve_place,
 )
@@ -147,6 +148,17 @@ def test_a_change_of_the_arm_is_a_share_of_it_for_each_tendon_over_the_position_
         assert (curve.joint, curve.at[0]) == ("shaft", pytest.approx(SWUNG.min(), rel=1e-3))
         assert np.ptp(curve.value) == pytest.approx(0.07)
         assert one.acts_at not in [left.acts_at for left in tendons(there)]
+
+
+@pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm", "muscle_bench", "equimus_leg"])
+def test_every_end_and_control_value_is_a_parameter_of_the_rig(name):
+    """Pushing actuators have no chain, and so no arm that can be learned."""
+    rig = pamsim.load_rig(name)
+    for place in places_of(rig, swung(rig)):
+        with_ends = rig.with_parameters(place.ends(Kind))
+        controls = [control for kind in Kind for control in place.controls(kind)]
+        assert controls
+        with_ends.with_parameters(dict.fromkeys(controls, 1e-4))
 
 
 def test_the_range_is_that_of_all_muscles_against_their_free_lengths(arm):
