@@ -77,7 +77,7 @@ def test_the_cycles_of_the_equimus_leg_as_repeats():
         f" ({hip['after'] / hip['floor']:.1f} noise floors)",
         f"the knee by {knee['after']:.2f} instead of {knee['before']:.2f} deg"
         f" ({knee['after'] / knee['floor']:.1f})",
-        f"(refuted: valves, inertia and drag; {result['links'][0]['before']:.1f}, as",
+        f"(refuted: a lag and valves; {result['links'][0]['before']:.1f}, as",
     )
 
 

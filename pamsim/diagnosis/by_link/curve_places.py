@@ -82,11 +82,15 @@ class EvenPlace:
     fields: Mapping[Kind, str]  # kind of curve -> beginning of the names of its control values
     count: int  # control values of each curve
 
+    @property
+    def _range(self) -> tuple[float, float]:
+        return float(self.along.min()), float(self.along.max())
+
     def ends(self, kinds: Collection[Kind]) -> dict[str, float]:
         """Parameters of the ends that its curves share."""
         if not set(kinds) & self.fields.keys():
             return {}
-        low, high = float(self.along.min()), float(self.along.max())
+        low, high = self._range
         return {f"{self.ends_at}low": low, f"{self.ends_at}high": high}
 
     def controls(self, kind: Kind) -> Sequence[str]:
@@ -98,7 +102,7 @@ class EvenPlace:
         self, kinds: Sequence[Kind], values: Mapping[str, float], errors: SizeErrors
     ) -> Iterator[Curve]:
         """The learned curves as sums of their control values."""
-        of_each = shares(self.along, float(self.along.min()), float(self.along.max()), self.count)
+        of_each = shares(self.along, *self._range, self.count)
         for kind in (one for one in kinds if one in self.fields):
             names = self.controls(kind)
             yield Curve(
@@ -118,8 +122,7 @@ _CONTROLS = {
 }
 """Beginning of the names of the control forces of a curve on a joint, and how many there are."""
 
-RUB_SPEED = "learned.rub_speed"
-SLOWEST, TURN, FASTEST = 0.005, 0.05, 0.5
+_SLOWEST, _TURN, _FASTEST = 0.005, 0.05, 0.5
 """Share of the fastest visited speed within which a learned dry friction is built up: least, first
 and largest one. Faster turns are not seen in measured positions, and slower ones are a curve over
 the speed."""
@@ -151,7 +154,7 @@ class JointPlace:
             Kind.FRICTION: {
                 "rub_low": shortest,
                 "rub_high": longest,
-                "rub_speed": TURN * max(-slowest, fastest),
+                "rub_speed": _TURN * max(-slowest, fastest),
             },
         }
         return {
@@ -160,6 +163,14 @@ class JointPlace:
             if kind in kinds
             for name, value in values[kind].items()
         }
+
+    def speeds(self, kind: Kind) -> dict[str, tuple[float, float, float]]:
+        """Name of the speed in which a dry friction is built up -> where a fit begins, and ends."""
+        if kind is not Kind.FRICTION:
+            return {}
+        name = f"{self.muscle}:learned.rub_speed"
+        first = self.ends((kind,))[name]
+        return {name: (first, _SLOWEST / _TURN * first, _FASTEST / _TURN * first)}
 
     def controls(self, kind: Kind) -> Sequence[str]:
         """Names of the control forces of a curve; none of a kind that it has not."""

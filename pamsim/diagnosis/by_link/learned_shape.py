@@ -26,10 +26,6 @@ from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.curve_places import (
-    FASTEST,
-    RUB_SPEED,
-    SLOWEST,
-    TURN,
     Curve,
     JointPlace,
     Kind,
@@ -170,19 +166,12 @@ def learned_shape(
     errors = SizeErrors(used, best)
     best = replace(best, values={**fitter.nuisance, **best.values})
     curves = [c for place in places for c in place.curves(learned_over, controls, errors)]
-    joints = [place for place in places if isinstance(place, JointPlace)]
-    for place in joints if {Kind.POSITION, Kind.RATE} <= set(learned_over) else ():
-        controls |= place.without_drag_at_rest(controls)
-    # What drives within the band is left out, so that no cycle gives work.
-    braking = [curve for curve in curves if curve.kind in (Kind.RATE, Kind.FRICTION)]
-    if braking and all("passive" in properties(curve) for curve in braking):
-        controls |= {place.brakes: 1.0 for place in joints}
     return LearnedShape(
         curves=tuple(curves),
         links=tuple(sorted(seen, key=lambda link: link.order)),
         model=best,
         rest=rest,
-        values=_ends(places, learned_over) | controls,
+        values=_ends(places, learned_over) | controls | _dissipating(places, controls, curves),
         before=before,
         after=after,
         p_value=found.p_value,
@@ -199,13 +188,30 @@ def _ends(places: Sequence[Place], kinds: Collection[Kind]) -> dict[str, float]:
     return {name: end for place in places for name, end in place.ends(kinds).items()}
 
 
+def _dissipating(
+    places: Sequence[Place], controls: Mapping[str, float], curves: Sequence[Curve]
+) -> dict[str, float]:
+    """Control values by which curves that are passive within their band give work in no cycle.
+
+    What drives is left out then. For that, a drag at rest lies in the curve over position.
+    """
+    joints = [place for place in places if isinstance(place, JointPlace)]
+    changed: dict[str, float] = {}
+    if {Kind.POSITION, Kind.RATE} <= {curve.kind for curve in curves}:
+        for place in joints:
+            changed |= place.without_drag_at_rest(controls)
+    braking = [curve for curve in curves if curve.kind in (Kind.RATE, Kind.FRICTION)]
+    if braking and all("passive" in properties(curve) for curve in braking):
+        changed |= {place.brakes: 1.0 for place in joints}
+    return changed
+
+
 def _effect(places: Sequence[Place], kind: Kind) -> Effect:
     """The control values of a kind of curve, at all places, as an effect to fit.
 
     So is the speed in which a dry friction is built up.
     """
     typical = _TYPICAL[kind]
-    speeds = {n: one for n, one in _ends(places, (kind,)).items() if n.endswith(RUB_SPEED)}
     return Effect(
         name=f"learned_{kind.name.lower()}",
         family="unnamed",
@@ -218,8 +224,10 @@ def _effect(places: Sequence[Place], kind: Kind) -> Effect:
             for name in place.controls(kind)
         )
         + tuple(
-            size(name, speed, SLOWEST / TURN * speed, FASTEST / TURN * speed)
-            for name, speed in speeds.items()
+            size(name, *ends)
+            for place in places
+            if isinstance(place, JointPlace)
+            for name, ends in place.speeds(kind).items()
         ),
     )
 

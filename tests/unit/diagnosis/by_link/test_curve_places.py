@@ -150,11 +150,13 @@ def test_a_change_of_the_arm_is_a_share_of_it_for_each_tendon_over_the_position_
         assert one.acts_at not in [left.acts_at for left in tendons(there)]
 
 
-@pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm", "equimus_leg"])
+@pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm", "muscle_bench", "equimus_leg"])
 def test_every_end_and_control_value_is_a_parameter_of_the_rig(name):
     """Pushing actuators have no chain, and so no arm that can be learned."""
     rig = pamsim.load_rig(name)
-    for place in places_of(rig, swung(rig)):
+    reach = {"angle": 1.0, "position": 0.05}  # a slide of 0.3 m is longer than the muscle
+    moved = {rig.names.joint_channel(j): reach[kind] * SWUNG for j, kind in rig.joints.items()}
+    for place in places_of(rig, [recorded(**moved)]):
         with_ends = rig.with_parameters(place.ends(Kind))
         controls = [control for kind in Kind for control in place.controls(kind)]
         assert controls
